@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numbers>
 
 namespace relume {
@@ -36,8 +35,7 @@ struct Walk {
   }
 };
 
-// A point of the sphere for a point of the grid's square, in cells.
-using GridMap = std::function<glm::dvec3(double column, double row)>;
+using GridMap = decltype(HemisphereCells::map);
 
 Walk walk(const GridMap& map, double column, double row, double toColumn, double toRow) {
   Walk sums;
@@ -103,11 +101,11 @@ HemisphereCells fanCells(std::uint32_t rays) {
   cells.rows = strata.rows();
   cells.strata = true;
   const double columns = cells.columns, rows = cells.rows;
-  const GridMap map = [&](double column, double row) {
+  cells.map = [columns, rows](double column, double row) {
     return glm::normalize(
         glm::dvec3(hemisphereDirection(static_cast<float>(column / columns), static_cast<float>(row / rows), 0.0f)));
   };
-  integrate(map, 0.0, cells);
+  integrate(cells.map, 0.0, cells);
   // Strata have one projected solid angle by construction.
   for (glm::vec3& integral : cells.integral) integral.z = static_cast<float>(kPi / (columns * rows));
   return cells;
@@ -117,26 +115,27 @@ HemisphereCells planeCells(std::uint32_t side, float fovRad, Hemisphere mode) {
   HemisphereCells cells;
   cells.columns = cells.rows = side;
   const double half = std::tan(0.5 * static_cast<double>(fovRad)), count = side;
-  const double margin = mode == Hemisphere::border ? 1.0 : 0.0;
+  cells.margin = mode == Hemisphere::border ? 1.0 : 0.0;
   // Within the plane, the point at distance 1; from its edge on to the horizon, away from the middle.
-  const GridMap map = [&](double column, double row) {
+  cells.map = [half, count](double column, double row) {
     const double x = 2.0 * column / count - 1.0, y = 2.0 * row / count - 1.0;
     const glm::dvec2 inside(std::clamp(x, -1.0, 1.0), std::clamp(y, -1.0, 1.0));
     const double beyond = 0.5 * count * std::max(std::max(std::abs(x), std::abs(y)) - 1.0, 0.0);
     return glm::normalize(glm::dvec3(half * inside, std::max(1.0 - beyond, 0.0)));
   };
-  integrate(map, margin, cells);
+  integrate(cells.map, cells.margin, cells);
 
   double total = 0.0;
   for (const glm::vec3& integral : cells.integral) total += integral.z;
   if (mode == Hemisphere::scaled) {
-    const auto scale = static_cast<float>(kPi / total);
+    cells.scale = kPi / total;
+    const auto scale = static_cast<float>(cells.scale);
     for (glm::vec3& integral : cells.integral) integral *= scale;
     for (glm::vec2& arc : cells.toNextColumn) arc *= scale;
     for (glm::vec2& arc : cells.toNextRow) arc *= scale;
   }
   for (std::uint32_t j = 0; j < side; ++j) {
-    for (std::uint32_t i = 0; i < side; ++i) cells.direction.emplace_back(map(i + 0.5, j + 0.5));
+    for (std::uint32_t i = 0; i < side; ++i) cells.direction.emplace_back(cells.map(i + 0.5, j + 0.5));
   }
   return cells;
 }

@@ -14,6 +14,7 @@
 #include <glm/vec3.hpp>
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace relume {
@@ -30,6 +31,10 @@ struct HemisphereCells {
   // [Size cells]
   std::vector<glm::vec2> toNextColumn, toNextRow;
   std::vector<glm::vec3> direction;  // of the pixels' centres, unit [Size 0 or cells]
+  // The unit direction of a point of the grid's square, in cells; how far [cells] the square reaches beyond them, to
+  // the horizon; and the factor by which all cells count for more.
+  std::function<glm::dvec3(double column, double row)> map;
+  double margin = 0.0, scale = 1.0;
 
   std::uint32_t count() const { return columns * rows; }
 };

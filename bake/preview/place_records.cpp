@@ -71,10 +71,14 @@ class Placer {
     if (outcome_ == Placement::late || context_.cancelled()) batch_.clear();
     const std::size_t first = records_.size();
     records_.resize(first + batch_.size());
+    if (options_.keeper != nullptr) options_.keeper->resize(records_.size());
     if (options_.draw != nullptr) drawBatch();
     parallelChunks(context_, "", batch_.size(), 4, [&](std::size_t begin, std::size_t end) {
       std::unique_ptr<RecordGatherer::Scratch> scratch = borrow();
-      for (std::size_t i = begin; i < end && !context_.cancelled(); ++i) records_[first + i] = gatherOne(i, *scratch);
+      for (std::size_t i = begin; i < end && !context_.cancelled(); ++i) {
+        records_[first + i] = gatherOne(i, *scratch);
+        if (options_.keeper != nullptr) options_.keeper->keep(first + i, records_[first + i], *scratch);
+      }
       const std::lock_guard lock(mutex_);
       idle_.push_back(std::move(scratch));
     });

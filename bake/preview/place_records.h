@@ -11,6 +11,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -35,12 +36,20 @@ enum class Placement {
   late,      // the deadline came first
 };
 
+// Keeps more of records than Record has, from what was gathered for them.
+struct RecordKeeper {
+  std::function<void(std::size_t records)> resize;  // room for so many, from the calling thread
+  // Of record number `index`, whose cells `scratch` has, and which may be limited. From many threads at once.
+  std::function<void(std::size_t index, Record& record, const RecordGatherer::Scratch& scratch)> keep;
+};
+
 struct PlacementOptions {
   Interpolation interpolation;
   PlacementOrder order = PlacementOrder::waves;
   std::uint32_t maxRecords = 200000;
   Deadline deadline;
   const DrawHemispheres* draw = nullptr;  // what looks around in place of rays, from the calling thread; null = rays
+  const RecordKeeper* keeper = nullptr;   // null = records are all there is
 };
 
 // Append records until every pixel's receiver is reached. The records there are at first stay. Result of the order

@@ -7,6 +7,8 @@
 
 #include "bake/base/parallel.h"
 #include "bake/preview/adapt_reach.h"
+#include "bake/preview/mirror_surface.h"
+#include "bake/preview/radiance_records.h"
 #include "bake/preview/receivers.h"
 #include "bake/preview/record_tiles.h"
 #include "bake/preview/screen_box.h"
@@ -18,6 +20,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <string>
 
 namespace relume {
@@ -53,7 +56,8 @@ Status checkPreviewOptions(const PreviewOptions& o) {
         check("rays", o.rays, 16, 65536, "16..65536"), check("plane side", o.planeSide, 2, 256, "2..256"),
         check("field of view of the plane", o.planeFovDeg, 10, 175, "10..175 degrees"),
         check("records", o.maxRecords, 1, 1e7, "1..10000000"), check("emitter rays", o.emitterRays, 1, 1024, "1..1024"),
-        check("time limit", o.timeLimitSeconds, 0, 1e9, "at least 0 seconds")}) {
+        check("time limit", o.timeLimitSeconds, 0, 1e9, "at least 0 seconds"),
+        check("order of radiance records", o.glossyOrder, 0, kMaxHshOrder, "1..10, or 0 for what is needed")}) {
     if (!ok) return ok;
   }
   return done();
@@ -73,13 +77,14 @@ std::vector<float> accuraciesOf(const PreviewOptions& options) {
 
 // Place records; returns how they are read.
 Interpolation place(const RecordGatherer& gatherer, const CameraRays& camera, std::span<const PixelReceiver> receivers,
-                    const DrawHemispheres* draw, const PreviewOptions& options, std::vector<Record>& cache,
-                    PreviewFrame& frame, Context& context) {
+                    const DrawHemispheres* draw, const RecordKeeper* keeper, const PreviewOptions& options,
+                    std::vector<Record>& cache, PreviewFrame& frame, Context& context) {
   const Clock::time_point begin = Clock::now();
   PlacementOptions placement;
   placement.order = options.order;
   placement.maxRecords = options.maxRecords;
   placement.draw = draw;
+  placement.keeper = keeper;
   if (options.timeLimitSeconds > 0.0f)
     placement.deadline =
         begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.timeLimitSeconds));
@@ -177,6 +182,70 @@ std::vector<Splat> splatCenters(const CameraRays& camera, std::span<const PixelR
   return centers;
 }
 
+// What the pixels' centres mirror, and the records by which they do.
+struct Mirrors {
+  std::vector<MirrorSurface> surfaces;   // [Size pixels]
+  std::vector<PixelReceiver> receivers;  // of lobes that records carry [Size pixels]
+  std::optional<LobeTable> lobes;
+  std::optional<RadianceRecords> radiance;
+  std::vector<Record> records;
+  std::optional<RecordTiles> tiles;
+};
+
+// Bend the receivers' normals, and find those that need radiance records.
+void findMirrorReceivers(const PreviewScene& scene, const CameraRays& camera, std::vector<PixelReceiver>& receivers,
+                         Mirrors& mirrors, Context& context) {
+  mirrors.surfaces = findMirrors(scene.drawn, camera, context);
+  std::size_t sharp = 0;
+  for (std::size_t i = 0; i < receivers.size(); ++i) {
+    const MirrorSurface& surface = mirrors.surfaces[i];
+    if (receivers[i].normal == glm::vec3(0.0f)) continue;
+    if (surface.normal != receivers[i].normal) receivers[i].bent = surface.normal;
+    sharp += surface.exponent > 0.0f && !surface.byRecords() ? 1 : 0;
+  }
+  mirrors.receivers = receivers;
+  for (std::size_t i = 0; i < receivers.size(); ++i) {
+    if (!mirrors.surfaces[i].byRecords()) mirrors.receivers[i].normal = glm::vec3(0.0f);
+  }
+  if (sharp > 0)
+    context.message(Severity::info, "preview: " + std::to_string(sharp) +
+                                        " pixels show surfaces smoother than a roughness of 0.395, too smooth for "
+                                        "records; each of their sub-pixels mirrors along one ray: more --samples are "
+                                        "less grainy");
+}
+
+// Receivers that scatter light: metals mirror all they reflect.
+std::vector<PixelReceiver> diffuseReceivers(std::span<const PixelReceiver> receivers, const Mirrors& mirrors) {
+  std::vector<PixelReceiver> diffuse(receivers.begin(), receivers.end());
+  for (std::size_t i = 0; i < diffuse.size(); ++i) {
+    if (mirrors.surfaces[i].diffuse == glm::vec3(0.0f)) diffuse[i].normal = glm::vec3(0.0f);
+  }
+  return diffuse;
+}
+
+// Place radiance records; they are read as printed, contradictions between them are not looked for.
+void placeMirrors(const RecordGatherer& gatherer, const CameraRays& camera, const DrawHemispheres* draw,
+                  const PreviewOptions& options, Mirrors& mirrors, PreviewFrame& frame, Context& context) {
+  float sharpest = 1.0f;
+  for (const MirrorSurface& surface : mirrors.surfaces) {
+    if (surface.byRecords()) sharpest = std::max(sharpest, surface.exponent);
+  }
+  const int order = options.glossyOrder > 0 ? options.glossyOrder : hshOrderOf(sharpest);
+  PreviewOptions printed = options;
+  printed.rounds = 0;
+  const float farthest = options.timeLimitSeconds > 0.0f ? std::max(kCoarsest, options.accuracy) : options.accuracy;
+  mirrors.lobes.emplace(order, LobeKind::mean, context);
+  mirrors.radiance.emplace(gatherer.cells(), *mirrors.lobes, sharpest, farthest, options.reach);
+  const RecordKeeper keeper = mirrors.radiance->keeper();
+  PreviewFrame timed;
+  const Interpolation interpolation =
+      place(gatherer, camera, mirrors.receivers, draw, &keeper, printed, mirrors.records, timed, context);
+  mirrors.tiles.emplace(camera, mirrors.records, interpolation);
+  frame.glossyRecords = static_cast<std::uint32_t>(mirrors.records.size());
+  frame.recordSeconds += timed.recordSeconds;
+  frame.accuracy = std::max(frame.accuracy, timed.accuracy);
+}
+
 void setCenters(std::span<const PixelReceiver> receivers, const CameraRays& camera, PreviewFrame& frame) {
   for (std::size_t i = 0; i < receivers.size(); ++i) {
     const PixelReceiver& r = receivers[i];
@@ -186,7 +255,7 @@ void setCenters(std::span<const PixelReceiver> receivers, const CameraRays& came
       continue;
     }
     frame.position[i] = r.positionWorld;
-    frame.normal[i] = r.normal;
+    frame.normal[i] = r.litNormal();
     frame.depth[i] = glm::dot(r.positionWorld - camera.origin, camera.forward);
   }
 }
@@ -194,7 +263,6 @@ void setCenters(std::span<const PixelReceiver> receivers, const CameraRays& came
 // The pixels whose surface has a record on it.
 void markRecords(std::span<const Record> records, std::span<const PixelReceiver> receivers, const CameraRays& camera,
                  PreviewFrame& frame) {
-  frame.recordAt.assign(receivers.size(), 0.0f);
   for (const Record& record : records) {
     const ScreenBox box = boxOfSphere(camera, record.positionWorld, 0.5f * record.footprint);
     for (std::uint32_t y = box.minY; y < box.maxY; ++y) {
@@ -229,6 +297,10 @@ void resize(PreviewFrame& frame, const PreviewOptions& options) {
        {&frame.albedo, &frame.emission, &frame.direct, &frame.straight, &frame.bounced, &frame.position, &frame.normal})
     layer->assign(pixels, glm::vec3(0.0f));
   frame.depth.assign(pixels, 0.0f);
+  frame.recordAt.assign(pixels, 0.0f);
+  if (!options.gloss) return;
+  frame.mirrored.assign(pixels, glm::vec3(0.0f));
+  frame.highlights.assign(pixels, glm::vec3(0.0f));
 }
 
 }  // namespace
@@ -246,8 +318,13 @@ Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance&
 
   // 1. What the pixels show; records of before, as this camera sees them
   const CameraRays camera(scene.camera, options.width, options.height);
-  const std::vector<PixelReceiver> receivers = findReceivers(scene.drawn, camera, context);
+  std::vector<PixelReceiver> receivers = findReceivers(scene.drawn, camera, context);
+  std::optional<Mirrors> mirrors;
+  if (options.gloss) findMirrorReceivers(scene, camera, receivers, mirrors.emplace(), context);
   setCenters(receivers, camera, frame);
+  const std::vector<PixelReceiver> diffuse =
+      mirrors ? diffuseReceivers(receivers, *mirrors) : std::vector<PixelReceiver>();
+  const std::span<const PixelReceiver> lit = mirrors ? diffuse : receivers;
   const ReceiverMaker make(camera);
   for (Record& record : cache) {
     const float footprint = make.at({{}, record.positionWorld, record.normal, record.normal, false}).footprint;
@@ -256,7 +333,8 @@ Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance&
 
   // 2. to 4. Records wherever there are none
   const RecordGatherer gatherer(scene.transport, reflected, scene.sky, gatherOptions(options));
-  const Interpolation interpolation = place(gatherer, camera, receivers, scene.draw, options, cache, frame, context);
+  const Interpolation interpolation = place(gatherer, camera, lit, scene.draw, nullptr, options, cache, frame, context);
+  if (mirrors && !context.cancelled()) placeMirrors(gatherer, camera, scene.draw, options, *mirrors, frame, context);
   if (context.cancelled()) return cancelledError();
   frame.records = static_cast<std::uint32_t>(cache.size());
   frame.rays = gatherer.raysTraced();
@@ -264,11 +342,18 @@ Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance&
   // 5. All records on all pixels, and direct light
   const Clock::time_point splatBegin = Clock::now();
   const RecordTiles tiles(camera, cache, interpolation);
-  const std::vector<Splat> centers = splatCenters(camera, receivers, cache, tiles, interpolation, frame, context);
+  const std::vector<Splat> centers = splatCenters(camera, lit, cache, tiles, interpolation, frame, context);
   frame.splatSeconds = secondsSince(splatBegin);
   markRecords(cache, receivers, camera, frame);
+  if (mirrors) markRecords(mirrors->records, receivers, camera, frame);
   const EmittingTriangles emitters(scene.transport.scene(), scene.transport.geometry());
-  shadeFrame({scene, options, camera, tiles, receivers, centers, scene.emissive ? &emitters : nullptr}, frame, context);
+  std::optional<MirrorInput> mirrored;
+  if (mirrors)
+    mirrored.emplace(MirrorInput{scene, *mirrors->radiance, mirrors->records, *mirrors->tiles, *mirrors->lobes,
+                                 reflected, scene.emissive, options.seed});
+  shadeFrame({scene, options, camera, tiles, receivers, centers, scene.emissive ? &emitters : nullptr,
+              mirrored ? &*mirrored : nullptr},
+             frame, context);
   if (context.cancelled()) return cancelledError();
   warn(gatherer, frame, scene.transport.scene(), context);
   context.figure("records", frame.records);

@@ -41,6 +41,8 @@ struct PreviewOptions {
   std::uint32_t maxRecords = 200000;  // [1..10000000]
   std::uint32_t emitterRays = 32;     // [1..1024] shadow rays of a pixel toward emitters
   float timeLimitSeconds = 0.0f;      // [>= 0] of the records; 0 = none
+  bool gloss = false;                 // surfaces mirror as their materials say (relume/glossy.h), by radiance records
+  int glossyOrder = 0;                // [0..10] of their hemispherical harmonics; 0 = as the sharpest lobe needs
   std::uint64_t seed = 1;
 };
 
@@ -59,20 +61,25 @@ struct PreviewScene {
 struct PreviewFrame {
   std::uint32_t width = 0, height = 0;
   std::vector<glm::vec3> albedo;
-  std::vector<glm::vec3> emission;          // of surfaces that are on, and of the sky where nothing is seen
-  std::vector<glm::vec3> direct;            // from punctual lights
-  std::vector<glm::vec3> straight;          // from emitters and sky, unreflected
-  std::vector<glm::vec3> bounced;           // by records: reflected at least once
+  std::vector<glm::vec3> emission;  // of surfaces that are on, and of the sky where nothing is seen
+  std::vector<glm::vec3> direct;    // from punctual lights
+  std::vector<glm::vec3> straight;  // from emitters and sky, unreflected
+  std::vector<glm::vec3> bounced;   // by records: reflected at least once
+  // With PreviewOptions::gloss what surfaces mirror, their reflectance included: of what surfaces reflect and of the
+  // sky; and of punctual lights and emitters. Lobes that are too sharp for records have emitters in the former. albedo
+  // is then what surfaces scatter, and normal bent by normal maps. Empty without.
+  std::vector<glm::vec3> mirrored, highlights;
   std::vector<float> weight;                // sum of w_k at the pixel's centre
   std::vector<float> recordAt;              // 1 where the pixel has a record, else 0
   std::vector<glm::vec3> position, normal;  // at the pixel's centre, the normal toward the viewer; 0 where nothing is
   std::vector<float> depth;                 // [m] along the viewing axis
 
-  float accuracy = 0.0f;       // that was reached: what was asked for, or more with a time limit
-  std::uint32_t records = 0;   // in the cache, those of before included
-  std::uint64_t rays = 0;      // that records cast
-  std::uint32_t extended = 0;  // pixels that no record reached, lit by records that reached out farther
-  std::uint32_t skipped = 0;   // pixels of triangles without an area
+  float accuracy = 0.0f;            // that was reached: what was asked for, or more with a time limit
+  std::uint32_t records = 0;        // in the cache, those of before included
+  std::uint32_t glossyRecords = 0;  // radiance records, of this frame alone
+  std::uint64_t rays = 0;           // that records cast
+  std::uint32_t extended = 0;       // pixels that no record reached, lit by records that reached out farther
+  std::uint32_t skipped = 0;        // pixels of triangles without an area
   double recordSeconds = 0.0, firstSeconds = 0.0;  // of placing records; until every pixel had light for the first time
   double splatSeconds = 0.0;                       // of drawing all records at the pixels' centres
 };

@@ -14,6 +14,9 @@ struct PixelReceiver {
   glm::vec3 normal{0.0f}, geometricNormal{0.0f};  // unit, toward the viewer; zero normal: nothing is seen
   float footprint = 0.0f;                         // [m] width of a pixel there
   float occluder = INFINITY;                      // [m] to something in front of the surface, as far as is known
+  glm::vec3 bent{0.0f};                           // unit, by a normal map; zero: light is read for `normal`
+
+  const glm::vec3& litNormal() const { return bent == glm::vec3(0.0f) ? normal : bent; }
 };
 
 }  // namespace relume

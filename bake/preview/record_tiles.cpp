@@ -56,15 +56,20 @@ void RecordTiles::visit(std::uint32_t x, std::uint32_t y, const PixelReceiver& r
     const Record& record = records_[k];
     const float w = weightOf(record, reach_[k], receiver, options_);
     if (!(w > 0.0f)) continue;
-    const glm::vec3 offset =
-        gradientShare(record, reach_[k], options_) * (receiver.positionWorld - record.positionWorld);
-    const glm::vec3& normal = options_.gradients ? receiver.normal : record.normal;
-    each(Part{k, w, extrapolate(record.reflected, offset, normal), extrapolate(record.sky, offset, normal)});
+    each(Weighed{k, w, gradientShare(record, reach_[k], options_) * (receiver.positionWorld - record.positionWorld)});
   }
 }
 
+RecordTiles::Part RecordTiles::partOf(const Weighed& weighed, const PixelReceiver& receiver) const {
+  const Record& record = records_[weighed.record];
+  const glm::vec3& normal = options_.gradients ? receiver.litNormal() : record.normal;
+  return {weighed.record, weighed.weight, extrapolate(record.reflected, weighed.offset, normal),
+          extrapolate(record.sky, weighed.offset, normal)};
+}
+
 void RecordTiles::add(std::uint32_t x, std::uint32_t y, const PixelReceiver& receiver, Splat& sums) const {
-  visit(x, y, receiver, [&sums](const Part& part) {
+  visit(x, y, receiver, [&](const Weighed& weighed) {
+    const Part part = partOf(weighed, receiver);
     sums.reflected += part.weight * part.reflected;
     sums.sky += part.weight * part.sky;
     sums.weight += part.weight;
@@ -84,7 +89,13 @@ Splat RecordTiles::splat(std::uint32_t x, std::uint32_t y, const PixelReceiver& 
 void RecordTiles::split(std::uint32_t x, std::uint32_t y, const PixelReceiver& receiver,
                         std::vector<Part>& parts) const {
   parts.clear();
-  visit(x, y, receiver, [&parts](const Part& part) { parts.push_back(part); });
+  visit(x, y, receiver, [&](const Weighed& weighed) { parts.push_back(partOf(weighed, receiver)); });
+}
+
+void RecordTiles::weigh(std::uint32_t x, std::uint32_t y, const PixelReceiver& receiver,
+                        std::vector<Weighed>& list) const {
+  list.clear();
+  visit(x, y, receiver, [&list](const Weighed& weighed) { list.push_back(weighed); });
 }
 
 void markCovered(const CameraRays& camera, std::span<const Record> records, const Interpolation& options,

@@ -38,7 +38,15 @@ class RecordTiles {
     float weight;              // w_k > 0
     glm::vec3 reflected, sky;  // [W/m²] E'_k
   };
-  // The same one by one, in the order of the records. `parts` is replaced.
+  // How much of one record a receiver reads, and from where.
+  struct Weighed {
+    std::uint32_t record;
+    float weight;      // w_k > 0
+    glm::vec3 offset;  // [m] the receiver less p_k, as far as gradients count
+  };
+  // The records that a receiver reads, in their order. `list` is replaced.
+  void weigh(std::uint32_t x, std::uint32_t y, const PixelReceiver& receiver, std::vector<Weighed>& list) const;
+  // What each of them says, one by one, in the order of the records. `parts` is replaced.
   void split(std::uint32_t x, std::uint32_t y, const PixelReceiver& receiver, std::vector<Part>& parts) const;
 
  private:
@@ -47,6 +55,7 @@ class RecordTiles {
   std::uint32_t columns_;
   template <class Visit>
   void visit(std::uint32_t x, std::uint32_t y, const PixelReceiver& receiver, const Visit& each) const;
+  Part partOf(const Weighed& weighed, const PixelReceiver& receiver) const;
 
   std::vector<float> reach_;          // [m] [Size records]
   std::vector<std::uint32_t> begin_;  // of a tile's records [Size tiles + 1]

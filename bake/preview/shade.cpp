@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 namespace relume {
 namespace {
@@ -47,9 +48,12 @@ class Shader {
     std::vector<Ray> rays;
     std::vector<Hit> hits;
     std::vector<float> chances;
+    MirrorShader::Scratch mirror;
   };
 
-  Shader(const ShadeInput& input, PreviewFrame& frame) : in_(input), frame_(frame), make_(input.camera) {}
+  Shader(const ShadeInput& input, PreviewFrame& frame) : in_(input), frame_(frame), make_(input.camera) {
+    if (in_.mirrors != nullptr) mirrors_.emplace(*in_.mirrors);
+  }
 
   // One row of pixels.
   void row(std::uint32_t y, Scratch& scratch, const Context& context) const {
@@ -90,16 +94,40 @@ class Shader {
     }
     const Scene& scene = in_.scene.drawn.scene();
     const SeenSurface seen = seenAt(scene, ray, hit);
-    const PixelReceiver receiver = make_.at(seen);
-    const glm::vec3 albedo = albedoAt(scene, seen.point), reflected = weight * kInvPi * albedo;
-    const Splat light = indirectAt(x, y, receiver);
+    PixelReceiver receiver = make_.at(seen);
+    glm::vec3 albedo = albedoAt(scene, seen.point);
+    MirrorSurface mirror;
+    if (mirrors_) {
+      mirror = mirrorAt(scene, ray, seen);
+      albedo = mirror.diffuse;
+      if (mirror.normal != receiver.normal) receiver.bent = mirror.normal;
+    }
+    const glm::vec3 reflected = weight * kInvPi * albedo;
+    const Splat light = mirrors_ && albedo == glm::vec3(0.0f) ? Splat{} : indirectAt(x, y, receiver);
+    const EmitterLight emitted = fromEmitters(pixel, sample, receiver, mirror, scratch.chances);
     frame_.albedo[pixel] += weight * albedo;
     frame_.bounced[pixel] += reflected * light.reflected;
-    frame_.straight[pixel] += reflected * (light.sky + fromEmitters(pixel, sample, receiver, scratch.chances));
+    frame_.straight[pixel] += reflected * (light.sky + emitted.irradiance);
     frame_.direct[pixel] +=
-        reflected * directIrradiance(in_.scene.drawn, in_.scene.lights, receiver.positionWorld, receiver.normal);
+        reflected * directIrradiance(in_.scene.drawn, in_.scene.lights, receiver.positionWorld, receiver.litNormal());
+    if (mirrors_) addMirrored(x, y, sample, receiver, mirror, emitted.mirrored, scratch.mirror);
     if (in_.emitters != nullptr && (!hit.back || scene.bothSides(scene.instances[hit.instance], hit.triangle)))
       frame_.emission[pixel] += weight * emissionAt(scene, seen.point);
+  }
+
+  // Add what the surface mirrors. emitted: of emitters, where records have the rest.
+  void addMirrored(std::uint32_t x, std::uint32_t y, std::uint32_t sample, const PixelReceiver& receiver,
+                   const MirrorSurface& mirror, const glm::vec3& emitted, MirrorShader::Scratch& scratch) const {
+    const std::size_t pixel = std::size_t{y} * frame_.width + x;
+    const std::uint32_t samples = in_.options.samples * in_.options.samples;
+    const PixelReceiver& center = in_.receivers[pixel];
+    const MirroredLight light = mirrors_->light(x, y, pixel, std::uint64_t{pixel} * samples + sample, receiver,
+                                                isSame(center, receiver) ? &center : nullptr, mirror, scratch);
+    const glm::vec3 share = mirror.specular / static_cast<float>(samples);
+    frame_.mirrored[pixel] += share * light.radiance;
+    frame_.highlights[pixel] += share * directHighlights(in_.scene.drawn, in_.scene.lights, receiver.positionWorld,
+                                                         receiver.geometricNormal, mirror.axis, mirror.exponent);
+    if (!light.alongRay) frame_.highlights[pixel] += share * emitted;
   }
 
   // Whether a sub-pixel shows the surface that its pixel's centre shows.
@@ -108,10 +136,13 @@ class Shader {
            std::abs(glm::dot(r.positionWorld - center.positionWorld, center.normal)) < kSamePlane * center.footprint;
   }
 
+  // Whether the centre of a pixel has diffuse light: metals have none.
+  bool scatters(std::size_t pixel) const { return !mirrors_ || in_.centers[pixel].weight > 0.0f; }
+
   Splat indirectAt(std::uint32_t x, std::uint32_t y, const PixelReceiver& r) const {
     const std::size_t pixel = std::size_t{y} * frame_.width + x;
     const PixelReceiver& center = in_.receivers[pixel];
-    if (isSame(center, r)) return in_.centers[pixel];
+    if (isSame(center, r) && r.bent == glm::vec3(0.0f) && scatters(pixel)) return in_.centers[pixel];
     const Splat own = in_.tiles.splat(x, y, r);
     if (own.weight > 0.0f) return own;
     // Too thin for a pixel's centre to have shown it: as whichever neighbour is most alike.
@@ -125,7 +156,7 @@ class Shader {
       for (std::uint32_t u = x > 2 ? x - 2 : 0; u <= std::min(x + 2, frame_.width - 1); ++u) {
         const std::size_t pixel = std::size_t{v} * frame_.width + u;
         const PixelReceiver& other = in_.receivers[pixel];
-        if (other.normal == glm::vec3(0.0f)) continue;
+        if (other.normal == glm::vec3(0.0f) || !scatters(pixel)) continue;
         const float error = 1.0f - glm::dot(r.normal, other.normal) +
                             glm::distance(r.positionWorld, other.positionWorld) / (16.0f * r.footprint);
         if (best.weight > 0.0f && error >= bestError) continue;
@@ -137,32 +168,49 @@ class Shader {
     return best;
   }
 
-  // Irradiance by points on emitters, stratified over the pixel's samples. Runs of consecutive points, which share a
+  struct EmitterLight {
+    glm::vec3 irradiance{0.0f};  // [W/m²]
+    glm::vec3 mirrored{0.0f};    // [W/m²/sr] mean radiance in a lobe that records carry
+  };
+
+  // Light by points on emitters, stratified over the pixel's samples. Runs of consecutive points, which share a
   // triangle, are spread over it as a (0, 2) sequence; a random bit mask for each pixel keeps its pattern from showing.
-  glm::vec3 fromEmitters(std::size_t pixel, std::uint32_t sample, const PixelReceiver& r,
-                         std::vector<float>& chances) const {
-    if (in_.emitters == nullptr || in_.emitters->empty()) return glm::vec3(0.0f);
+  EmitterLight fromEmitters(std::size_t pixel, std::uint32_t sample, const PixelReceiver& r,
+                            const MirrorSurface& mirror, std::vector<float>& chances) const {
+    EmitterLight light;
+    if (in_.emitters == nullptr || in_.emitters->empty()) return light;
     const std::uint32_t samples = in_.options.samples * in_.options.samples;
     const std::uint32_t each = std::max(1u, (in_.options.emitterRays + samples - 1) / samples), count = each * samples;
     RandomStream random(in_.options.seed, kStage, pixel);
     const std::uint32_t first = random.below(count), maskX = random.bits(), maskY = random.bits();
     const float jitter = random.uniform();
     const glm::vec3 origin = r.positionWorld + r.geometricNormal * in_.scene.transport.epsilonAt(r.positionWorld);
-    glm::vec3 sum(0.0f);
-    in_.emitters->aim(origin, r.normal, chances);
+    const float lobe = mirror.byRecords()
+                           ? in_.mirrors->lobes.integral(mirror.exponent, glm::dot(mirror.axis, r.geometricNormal))
+                           : 0.0f;
+    in_.emitters->aim(origin, r.litNormal(), chances);
     for (std::uint32_t k = 0; k < each; ++k) {
       const std::uint32_t i = (first + sample + k * samples) % count;
       const double u = (static_cast<double>(i) + jitter) / count;
       const glm::vec2 v(toUnit(reversedBits(i) ^ maskX), toUnit(sobol(i) ^ maskY));
       const EmitterSample point = in_.emitters->sample(chances, u, v);
-      sum += connectEmitter(in_.scene.transport, point, origin, r.normal, r.geometricNormal).irradiance();
+      const EmitterConnection seen =
+          connectEmitter(in_.scene.transport, point, origin, r.litNormal(), r.geometricNormal);
+      const glm::vec3 irradiance = seen.irradiance();
+      light.irradiance += irradiance;
+      if (lobe <= 0.0f || irradiance == glm::vec3(0.0f)) continue;
+      const float toward = glm::dot(glm::normalize(point.position - origin), mirror.axis);
+      if (toward > 0.0f) light.mirrored += irradiance * (std::pow(toward, mirror.exponent) / (lobe * seen.cosine));
     }
-    return sum / static_cast<float>(each);
+    light.irradiance /= static_cast<float>(each);
+    light.mirrored /= static_cast<float>(each);
+    return light;
   }
 
   const ShadeInput& in_;
   PreviewFrame& frame_;
   ReceiverMaker make_;
+  std::optional<MirrorShader> mirrors_;
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "bake/preview/preview.h"
 #include "bake/preview/record_tiles.h"
+#include "bake/preview/shade_mirrors.h"
 #include "bake/reference/emitters.h"
 
 #include <span>
@@ -19,6 +20,7 @@ struct ShadeInput {
   std::span<const PixelReceiver> receivers;  // [Size pixels]
   std::span<const Splat> centers;            // [Size pixels] indirect light there
   const EmittingTriangles* emitters;         // null = emitting surfaces are off
+  const MirrorInput* mirrors;                // null = all of a surface's base colour is diffuse
 };
 
 // Fill the layers of a frame of the right size. Incomplete when cancelled.

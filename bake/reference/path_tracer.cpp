@@ -29,6 +29,7 @@ constexpr float kPi = 3.14159265358979f;
 constexpr std::uint32_t kStage = 0x70617468;  // the random streams' stage
 constexpr std::uint32_t kRouletteAfter = 4;   // reflections before roulette
 constexpr std::size_t kPixelsPerChunk = 32;
+constexpr int kMaxTries = 64;  // directions drawn from a lobe until one is above the surface
 
 // A point of a path, seen from the side its normals point to.
 struct Vertex {
@@ -169,12 +170,8 @@ Arriving glossyLight(const Renderer& r, const Vertex& v, const glm::vec3& toward
   const glm::vec3 reflected = glm::reflect(toward, v.shading);
   Arriving light;
   if (r.options.gloss) light.direct = directHighlights(r.drawn, r.lights, v.position, v.geometric, reflected, exponent);
-  glm::vec3 direction(0.0f);
-  // Interpolated normals reflect some rays below the surface: a lobe that has next to nothing above it sees nothing.
-  for (int tries = 0; tries < 64 && glm::dot(direction, v.geometric) <= 0.0f; ++tries) {
-    direction = lobeDirection(reflected, exponent, random.uniform2());
-  }
-  if (glm::dot(direction, v.geometric) <= 0.0f) return light;
+  const glm::vec3 direction = lobeDirectionAbove(reflected, exponent, v.geometric, random);
+  if (direction == glm::vec3(0.0f)) return light;
   const Hit hit = r.tracer.trace({startOf(r, v), 0.0f, direction});
   if (!hit) {
     light.direct += r.options.sky.along(direction);
@@ -334,6 +331,14 @@ Status checkReferenceOptions(const ReferenceOptions& o) {
 
 glm::vec3 lobeDirection(const glm::vec3& axis, float exponent, const glm::vec2& u) {
   return directionAbout(axis, std::pow(1.0f - u.x, 1.0f / (exponent + 1.0f)), 2.0f * kPi * u.y);
+}
+
+glm::vec3 lobeDirectionAbove(const glm::vec3& axis, float exponent, const glm::vec3& geometric, RandomStream& random) {
+  for (int tries = 0; tries < kMaxTries; ++tries) {
+    const glm::vec3 direction = lobeDirection(axis, exponent, random.uniform2());
+    if (glm::dot(direction, geometric) > 0.0f) return direction;
+  }
+  return glm::vec3(0.0f);
 }
 
 Result<ReferenceImage> renderReference(const RayTracer& tracer, const Camera& camera,

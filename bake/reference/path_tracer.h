@@ -3,6 +3,7 @@
 // sees may be glossy.
 #pragma once
 
+#include "bake/base/random.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/scene/sky.h"
 #include "relume/bake/context.h"
@@ -77,5 +78,8 @@ glm::vec3 directHighlights(const RayTracer& tracer, std::span<const SceneLight> 
 
 // A direction drawn from the lobe cos^exponent about a unit direction by two numbers of 0..1.
 glm::vec3 lobeDirection(const glm::vec3& axis, float exponent, const glm::vec2& u);
+// The same above the plane of `geometric`, unit; zero where next to nothing of the lobe is: interpolated normals
+// reflect some rays below the surface.
+glm::vec3 lobeDirectionAbove(const glm::vec3& axis, float exponent, const glm::vec3& geometric, RandomStream& random);
 
 }  // namespace relume

@@ -50,6 +50,14 @@ struct LitLevel {
   LitLevel(const LitLevel&) = delete;
   LitLevel& operator=(const LitLevel&) = delete;
 
+  // The material of a name.
+  Material& material(const std::string& name) {
+    for (Material& each : scene.materials) {
+      if (each.name == name) return each;
+    }
+    stop("no material " + name);
+  }
+
   const Camera& camera(const std::string& name) const {
     for (const Camera& each : scene.cameras) {
       if (each.name == name) return each;
@@ -78,5 +86,7 @@ struct LitLevel {
 // one of them, or empty.
 void printTable1(const std::string& scenes, std::size_t points, const std::string& only);
 void printTable2(const std::string& scenes);
+// RCS Fig. 9(b): a glossy back wall.
+void printFigure9b(const std::string& scenes);
 
 }  // namespace relume

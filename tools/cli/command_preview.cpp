@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // `relume preview`: what a shot looks like, before any bake or with one at hand, by radiance records on the CPU.
 #include "bake/base/memory_budget.h"
+#include "bake/preview/hsh_cells.h"
+#include "bake/preview/mirror_surface.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/stage_memory.h"
 #include "relume/bake/bake.h"
@@ -50,7 +52,9 @@ Result<std::vector<Aov>> chooseAovs(const PreviewArguments& arguments, RenderReq
   auto aovs = aovsByName(arguments.aovs);
   if (!aovs) return aovs.error();
   for (const Aov aov : *aovs) {
-    if (aov == Aov::glossy) return usage("--aov glossy: a preview has no glossy light; `relume render` has");
+    if (aov == Aov::glossy && !request.gloss) return usage("--aov glossy needs --gloss");
+    if (aov == Aov::unbounced && request.gloss)
+      return usage("--aov unbounced is of diffuse surfaces: leave out --gloss");
     if (aov == Aov::occlusion) return usage("--aov occlusion: a preview has none; `relume render --live` has");
     if (aov == Aov::voxels) return usage("--aov voxels: a preview has no voxels; `relume render --live` has");
     if (aov == Aov::normal || aov == Aov::position || aov == Aov::depth) request.centres = true;
@@ -61,12 +65,15 @@ Result<std::vector<Aov>> chooseAovs(const PreviewArguments& arguments, RenderReq
 // Receivers, their light, the layers, and one of these on its way to a file; and as many records as there may be.
 Status reserveFrame(const View& view, const LayerFiles& layers, const PreviewOptions& options, Context& context) {
   constexpr double kPixelBytes = 40 + 1 + 28 + 11 * 12 + 36 + 8, kRecordBytes = 2 * sizeof(Record) + 4 + 16 + 4 * 64;
+  // Two more sets of receivers, what pixels mirror, three layers; and the coefficients of radiance records.
+  const double glossyPixel = options.gloss ? 2.0 * sizeof(PixelReceiver) + sizeof(MirrorSurface) + 36 : 0.0;
+  const double glossyRecord = options.gloss ? kRecordBytes + 8.0 * hshRecordSize(kMaxHshOrder) : 0.0;
   const double pixels = static_cast<double>(view.width) * view.height;
   const double wide = layers.sideBySide ? 12.0 * static_cast<double>(layers.aovs.size()) : 0.0;
   const double records = std::min(pixels, static_cast<double>(options.maxRecords));
-  return reserveMemory(context, "preview", pixels * (kPixelBytes + wide) + records * kRecordBytes,
-                       std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels",
-                       "lower --size or --max-records");
+  return reserveMemory(
+      context, "preview", pixels * (kPixelBytes + wide + glossyPixel) + records * (kRecordBytes + glossyRecord),
+      std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels", "lower --size or --max-records");
 }
 
 // The bake that is named, or a draft made here; nothing where the rays are to find direct light alone.
@@ -125,6 +132,7 @@ void printReport(const PreviewReport& report, const std::vector<std::string>& wr
   if (arguments.json) {
     nlohmann::json json{{"images", written},
                         {"records", report.records},
+                        {"glossyRecords", report.glossyRecords},
                         {"rays", report.rays},
                         {"accuracy", std::stod(std::to_string(report.accuracy))},
                         {"extendedPixels", report.extended},
@@ -141,6 +149,7 @@ void printReport(const PreviewReport& report, const std::vector<std::string>& wr
   }
   for (const std::string& path : written) std::printf("wrote %s\n", printable(path).c_str());
   if (scale != nullptr) printScale(layers.aovs, *scale, arguments.exposure == "auto");
+  if (arguments.sceneOptions.gloss) std::printf("%u radiance records; ", report.glossyRecords);
   std::printf("%u records of %.1f million rays, accuracy %g; s: records %.2f, draw %.2f\n", report.records,
               1e-6 * static_cast<double>(report.rays), static_cast<double>(report.accuracy), report.recordSeconds,
               report.drawSeconds);
@@ -170,6 +179,7 @@ int runPreview(const PreviewArguments& arguments) {
   PreviewRequest request;
   request.options = arguments.options;
   request.options.gradients = arguments.gradients == "on";
+  request.options.gloss = request.frame.gloss = arguments.sceneOptions.gloss;
   request.frame.samples = arguments.samples;
   auto view = readView(arguments.view);
   if (!view) return fail(view.error());
@@ -355,12 +365,14 @@ void addPreviewCommand(CLI::App& app, Action& action) {
   addEmissionOption(*command, a->emissions);
   addSceneOptions(*command, a->sceneOptions);
   command
-      ->add_option("--aov", a->aovs,
-                   "what to draw, separated by commas, as `relume render` has it; records: the pixels that have one, "
-                   "weight: the sum of the records' weights w, as PNG w / (w + 10). Several go to several files: "
-                   "out.NAME.exr [indirect|bounced|direct|full|unbounced|albedo|normal|position|depth|records|weight]")
+      ->add_option(
+          "--aov", a->aovs,
+          "what to draw, separated by commas, as `relume render` has it; records: the pixels that have one, "
+          "weight: the sum of the records' weights w, as PNG w / (w + 10). Several go to several files: "
+          "out.NAME.exr [indirect|bounced|direct|glossy|full|unbounced|albedo|normal|position|depth|records|weight]")
       ->delimiter(',')
       ->capture_default_str();
+  addGlossOption(*command, a->sceneOptions.gloss);
   command->add_option("--samples", a->samples, "sub-pixels along a pixel's side, box filtered")
       ->check(CLI::Range(1, 16))
       ->capture_default_str();

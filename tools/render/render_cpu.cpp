@@ -26,7 +26,6 @@ namespace {
 constexpr float kInvPi = glm::one_over_pi<float>();
 constexpr std::uint32_t kRaysAtOnce = 16384;      // of a row, in each thread
 constexpr std::uint32_t kLobeStage = 0x6c6f6265;  // the random streams' stage
-constexpr int kMaxTries = 64;                     // directions drawn from a lobe until one is above the surface
 
 class CpuRenderer {
  public:
@@ -162,13 +161,10 @@ class CpuRenderer {
   // What a ray drawn from the lobe meets above the surface; nothing where next to none of the lobe is above it.
   glm::vec3 alongLobe(const SeenSurface& seen, const glm::vec3& reflected, float exponent, std::uint64_t item) const {
     RandomStream random(0, kLobeStage, item);
-    for (int tries = 0; tries < kMaxTries; ++tries) {
-      const glm::vec3 direction = lobeDirection(reflected, exponent, random.uniform2());
-      if (glm::dot(direction, seen.geometricNormal) <= 0.0f) continue;
-      const glm::vec3 origin = seen.positionWorld + seen.geometricNormal * tracer_.epsilonAt(seen.positionWorld);
-      return radianceAlong({origin, 0.0f, direction});
-    }
-    return glm::vec3(0.0f);
+    const glm::vec3 direction = lobeDirectionAbove(reflected, exponent, seen.geometricNormal, random);
+    if (direction == glm::vec3(0.0f)) return direction;
+    const glm::vec3 origin = seen.positionWorld + seen.geometricNormal * tracer_.epsilonAt(seen.positionWorld);
+    return radianceAlong({origin, 0.0f, direction});
   }
 
   // What a ray sees: a diffuse surface in the relit light and what it emits, or the sky.

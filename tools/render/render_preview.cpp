@@ -32,6 +32,7 @@ PreviewOptions optionsOf(const PreviewRequest& request) {
   options.width = request.frame.width;
   options.height = request.frame.height;
   options.samples = request.frame.samples;
+  options.gloss = request.frame.gloss;
   return options;
 }
 
@@ -61,6 +62,8 @@ RenderedFrame toRenderedFrame(PreviewFrame&& preview, const RenderRequest& reque
   frame.straight = std::move(preview.straight);
   frame.weight = std::move(preview.weight);
   frame.records = std::move(preview.recordAt);
+  for (std::size_t i = 0; i < preview.mirrored.size(); ++i)
+    frame.glossy[i] = preview.mirrored[i] + preview.highlights[i];
   for (std::size_t i = 0; i < frame.indirect.size(); ++i) frame.indirect[i] = preview.bounced[i] + frame.straight[i];
   if (request.centres) {
     frame.normal = std::move(preview.normal);
@@ -118,6 +121,7 @@ Result<RenderedFrame> renderPreviewFrame(const RayTracer& transport, const RayTr
                                reflected, optionsOf(request), cache, context);
   if (!preview) return preview.error();
   report.records = preview->records;
+  report.glossyRecords = preview->glossyRecords;
   report.extended = preview->extended;
   report.rays = preview->rays;
   report.accuracy = preview->accuracy;

@@ -26,7 +26,7 @@ struct PreviewRequest {
 
 // What a preview took.
 struct PreviewReport {
-  std::uint32_t records = 0, extended = 0;
+  std::uint32_t records = 0, glossyRecords = 0, extended = 0;
   std::uint64_t rays = 0;
   float accuracy = 0.0f;
   double relightSeconds = 0.0, firstSeconds = 0.0, recordSeconds = 0.0, splatSeconds = 0.0, drawSeconds = 0.0;
