@@ -103,8 +103,9 @@ void printLit(const std::string& scenes, const std::string& light) {
       const double processorSeconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
       std::uint32_t onWall = 0;  // which scatters nothing, so that all records on it are radiance records
       for (std::size_t i = 0; i < wall.size(); ++i) onWall += wall[i] != 0 && frame->recordAt[i] > 0.0f ? 1 : 0;
-      std::printf("| %s | %s | %d | %u | %u, %u | %.1f | %.1f |", reach == RecordReach::printed ? "printed" : "guarded",
-                  order, frame->records, frame->glossyRecords, onWall, frame->recordSeconds, processorSeconds);
+      std::printf("| %s | %s | %d | %u | %u, %u | %.1f | %.1f |", light.c_str(),
+                  reach == RecordReach::printed ? "printed" : "guarded", order, frame->records, frame->glossyRecords,
+                  onWall, frame->recordSeconds, processorSeconds);
       printError(frame->mirrored, expected, noise, wall);
     }
   }
