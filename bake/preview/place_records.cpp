@@ -77,7 +77,7 @@ class Placer {
       std::unique_ptr<RecordGatherer::Scratch> scratch = borrow();
       for (std::size_t i = begin; i < end && !context_.cancelled(); ++i) {
         records_[first + i] = gatherOne(i, *scratch);
-        if (options_.keeper != nullptr) options_.keeper->keep(first + i, records_[first + i], *scratch);
+        if (options_.keeper != nullptr) options_.keeper->keep(first + i, batch_[i], records_[first + i], *scratch);
       }
       const std::lock_guard lock(mutex_);
       idle_.push_back(std::move(scratch));

@@ -39,8 +39,10 @@ enum class Placement {
 // Keeps more of records than Record has, from what was gathered for them.
 struct RecordKeeper {
   std::function<void(std::size_t records)> resize;  // room for so many, from the calling thread
-  // Of record number `index`, whose cells `scratch` has, and which may be limited. From many threads at once.
-  std::function<void(std::size_t index, Record& record, const RecordGatherer::Scratch& scratch)> keep;
+  // Of record number `index`, gathered at a pixel, whose cells `scratch` has, and which may be limited. From many
+  // threads at once.
+  std::function<void(std::size_t index, std::size_t pixel, Record& record, const RecordGatherer::Scratch& scratch)>
+      keep;
 };
 
 struct PlacementOptions {

@@ -227,7 +227,9 @@ std::vector<PixelReceiver> diffuseReceivers(std::span<const PixelReceiver> recei
 void placeMirrors(const RecordGatherer& gatherer, const CameraRays& camera, const DrawHemispheres* draw,
                   const PreviewOptions& options, Mirrors& mirrors, PreviewFrame& frame, Context& context) {
   float sharpest = 1.0f;
+  std::vector<float> exponents;
   for (const MirrorSurface& surface : mirrors.surfaces) {
+    exponents.push_back(surface.exponent);
     if (surface.byRecords()) sharpest = std::max(sharpest, surface.exponent);
   }
   const int order = options.glossyOrder > 0 ? options.glossyOrder : hshOrderOf(sharpest);
@@ -235,8 +237,8 @@ void placeMirrors(const RecordGatherer& gatherer, const CameraRays& camera, cons
   printed.rounds = 0;
   const float farthest = options.timeLimitSeconds > 0.0f ? std::max(kCoarsest, options.accuracy) : options.accuracy;
   mirrors.lobes.emplace(order, LobeKind::mean, context);
-  mirrors.radiance.emplace(gatherer.cells(), *mirrors.lobes, sharpest, farthest, options.reach);
-  const RecordKeeper keeper = mirrors.radiance->keeper();
+  mirrors.radiance.emplace(gatherer.cells(), *mirrors.lobes, farthest, options.reach);
+  const RecordKeeper keeper = mirrors.radiance->keeper(exponents);
   PreviewFrame timed;
   const Interpolation interpolation =
       place(gatherer, camera, mirrors.receivers, draw, &keeper, printed, mirrors.records, timed, context);

@@ -16,6 +16,8 @@
 namespace relume {
 namespace {
 
+constexpr float kSlopeShare =
+    0.5f;  // of |light| / |gradient|: a lobe reads a part of the light, and parts change faster
 constexpr float kUntilted = 1e-4f;    // sine of an angle between normals that counts as none
 constexpr float kLeastShare = 0.25f;  // of a lobe that must be seen: less is not made up for
 
@@ -55,31 +57,34 @@ int hshOrderOf(float exponent) {
   return std::min(kMaxHshOrder, static_cast<int>(std::ceil(2.4f + 1.7f * std::sqrt(n))));
 }
 
-RadianceRecords::RadianceRecords(const HemisphereCells& cells, const LobeTable& lobes, float exponent, float accuracy,
+RadianceRecords::RadianceRecords(const HemisphereCells& cells, const LobeTable& lobes, float accuracy,
                                  RecordReach reach)
     : cells_(cells),
       tables_(hshCells(cells, lobes.order())),
       tilt_(lobes.order(), maxTiltOf(accuracy)),
-      reach_(reach),
-      shares_(sharesOf(lobes, exponent)) {}
+      lobes_(lobes),
+      reach_(reach) {}
 
-RecordKeeper RadianceRecords::keeper() {
-  return {[this](std::size_t records) {
-            frames_.resize(records);
-            coefficients_.resize(records * hshRecordSize(order()));
-          },
-          [this](std::size_t index, Record& record, const RecordGatherer::Scratch& scratch) {
-            std::vector<glm::vec3> radiance(cells_.count());
-            for (std::size_t i = 0; i < radiance.size(); ++i) radiance[i] = scratch.reflected[i] + scratch.sky[i];
-            const std::size_t each = hshRecordSize(order());
-            const std::span<float> sums = std::span(coefficients_).subspan(index * each, each);
-            sumHshCells(cells_, tables_, radiance, scratch.distance, sums);
-            frames_[index] = scratch.frame;
-            // What is mirrored may change faster than all that arrives together.
-            const float slope = normOf(sums.subspan(3 * size()), shares_);
-            if (reach_ == RecordReach::guarded && slope > 0.0f)
-              record.distance = std::min(record.distance, normOf(sums.first(3 * size()), shares_) / slope);
-          }};
+RecordKeeper RadianceRecords::keeper(std::span<const float> exponents) {
+  return {
+      [this](std::size_t records) {
+        frames_.resize(records);
+        coefficients_.resize(records * hshRecordSize(order()));
+      },
+      [this, exponents](std::size_t index, std::size_t pixel, Record& record, const RecordGatherer::Scratch& scratch) {
+        std::vector<glm::vec3> radiance(cells_.count());
+        for (std::size_t i = 0; i < radiance.size(); ++i) radiance[i] = scratch.reflected[i] + scratch.sky[i];
+        const std::size_t each = hshRecordSize(order());
+        const std::span<float> sums = std::span(coefficients_).subspan(index * each, each);
+        sumHshCells(cells_, tables_, radiance, scratch.distance, sums);
+        frames_[index] = scratch.frame;
+        if (reach_ == RecordReach::printed) return;
+        // What is mirrored may change faster than all that arrives together.
+        const std::vector<float> shares = sharesOf(lobes_, exponents[pixel]);
+        const float slope = normOf(sums.subspan(3 * size()), shares);
+        if (slope > 0.0f)
+          record.distance = std::min(record.distance, kSlopeShare * normOf(sums.first(3 * size()), shares) / slope);
+      }};
 }
 
 void RadianceRecords::splat(const RecordTiles& tiles, std::span<const Record> records, std::uint32_t x, std::uint32_t y,

@@ -37,15 +37,14 @@ struct RadianceSplat {
 
 class RadianceRecords {
  public:
-  // Keeps the cells by reference. lobes: of the order that records get. exponent: of the sharpest lobe, whose light
-  // must not change too much within a record's reach. accuracy: of the records, which says how far they may be turned
-  // against what they light.
-  RadianceRecords(const HemisphereCells& cells, const LobeTable& lobes, float exponent, float accuracy,
-                  RecordReach reach);
+  // Keeps the cells and the lobes, whose order records get, by reference. accuracy: of the records, which says how far
+  // they may be turned against what they light.
+  RadianceRecords(const HemisphereCells& cells, const LobeTable& lobes, float accuracy, RecordReach reach);
 
   int order() const { return tables_.order; }
-  // Keeps what placeRecords() gathers. Records are numbered as there.
-  RecordKeeper keeper();
+  // Keeps what placeRecords() gathers. Records are numbered as there. exponents: of the lobes at the pixels' centres;
+  // guarded records reach no farther than their own pixel's allows. Kept by reference.
+  RecordKeeper keeper(std::span<const float> exponents);
 
   // RCS Eq. (1) over coefficients: each record's are extrapolated by their gradient, then turned into the frame of the
   // receiver. `tiles` are of the records that were kept.
@@ -59,8 +58,8 @@ class RadianceRecords {
   const HemisphereCells& cells_;
   HshCells tables_;
   HshTilt tilt_;
+  const LobeTable& lobes_;
   RecordReach reach_;
-  std::vector<float> shares_;        // of each coefficient in a lobe, to whichever side [Size order²]
   std::vector<glm::mat3> frames_;    // [Size records] of their cells
   std::vector<float> coefficients_;  // [Size records * hshRecordSize()]
 };

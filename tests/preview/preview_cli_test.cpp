@@ -133,6 +133,22 @@ TEST_F(PreviewCommand, recordsAndTheirWeightsCanBeLookedAt) {
 }
 
 // OpenGL draws what records see: the same light as rays through the pixels of the same plane find.
+// What surfaces mirror is a layer of its own and part of the whole; without --gloss materials mirror nothing.
+TEST_F(PreviewCommand, glossIsWhatTheReferenceMirrors) {
+  const std::vector<std::string> view{"--camera", "cam_hall", "--lights", "spot", "--gloss", "--aov", "glossy"};
+  std::vector<std::string> reference{"reference",  kLevel, "--size",    "48x27",
+                                     "--spp",      "400",  "--dynamic", "receivers",
+                                     "--progress", "none", "-o",        (folder_ / "truth.exr").string()};
+  reference.insert(reference.end(), view.begin(), view.end());
+  ASSERT_EQ(run(reference).status, 0);
+  std::vector<std::string> arguments = view;
+  arguments.push_back("--json");
+  const ProgramResult made = preview(arguments);
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_GT(nlohmann::json::parse(made.out)["glossyRecords"].get<int>(), 10);
+  EXPECT_LT(differenceOf(image(), folder_ / "truth.exr", ""), 0.25);
+}
+
 TEST_F(PreviewCommand, openGlGivesTheLightThatRaysDo) {
   const auto draw = [&](const char* backend) {
     return preview({"--camera", "cam_hall", "--lights", "spot", "--source", "direct", "--hemisphere", "border",
@@ -185,7 +201,8 @@ TEST_F(PreviewCommand, namesWhatOpenGlCannotDraw) {
 TEST_F(PreviewCommand, namesWhatIsWrong) {
   expectRefused(preview({"--camera", "nowhere"}), 1, {"--camera", "nowhere", "cam_living"});
   expectRefused(preview({"--aov", "shine"}), 1, {"--aov", "shine", "indirect"});
-  expectRefused(preview({"--aov", "glossy"}), 1, {"--aov glossy", "relume render"});
+  expectRefused(preview({"--aov", "glossy"}), 1, {"--aov glossy", "--gloss"});
+  expectRefused(preview({"--aov", "unbounced", "--gloss"}), 1, {"--aov unbounced", "--gloss"});
   expectRefused(preview({"--source", "grid"}), 1, {"--source"});
   expectRefused(preview({"--source", "direct", "--bake", kLevel}), 1, {"--source direct", "--bake"});
   for (const char* accuracy : {"0", "-1", "nan", "inf", "3", "x", ""})

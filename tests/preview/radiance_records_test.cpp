@@ -148,8 +148,9 @@ TEST(RadianceRecords, aSplatIsTheIntegralOverTheSameRecords) {
   constexpr int kOrder = 7;
   constexpr std::size_t kCount = kOrder * kOrder;
   const LobeTable lobes(kOrder, LobeKind::mean, context);
-  RadianceRecords radiance(gatherer.cells(), lobes, 8.0f, 0.5f, RecordReach::guarded);
-  const RecordKeeper keeper = radiance.keeper();
+  const std::vector<float> exponents(3, 8.0f);
+  RadianceRecords radiance(gatherer.cells(), lobes, 0.5f, RecordReach::guarded);
+  const RecordKeeper keeper = radiance.keeper(exponents);
 
   // Three records a little turned against the receiver.
   const PixelReceiver receiver{{0, 0, 0}, {0, 0, 1}, {0, 0, 1}, 0.02f};
@@ -164,7 +165,7 @@ TEST(RadianceRecords, aSplatIsTheIntegralOverTheSameRecords) {
     at.normal = at.geometricNormal = glm::normalize(glm::vec3(0, 0, 1) + lean);
     const std::size_t k = records.size();
     records.push_back(gatherer.gather(at, k, scratch));
-    keeper.keep(k, records.back(), scratch);
+    keeper.keep(k, k, records.back(), scratch);
     frames.push_back(scratch.frame);
     coefficients.emplace_back(hshRecordSize(kOrder));
     sumHshCells(gatherer.cells(), hshCells(gatherer.cells(), kOrder), scratch.reflected, scratch.distance,
