@@ -2,7 +2,7 @@
 // Records against closed forms. Light comes from functions of the hit, so that every answer is known.
 #include "bake/preview/gather.h"
 
-#include "relume/bake/context.h"
+#include "tests/preview/known_light.h"
 #include "tests/rays/make_scene.h"
 
 #include <gtest/gtest.h>
@@ -19,23 +19,6 @@ namespace relume {
 namespace {
 
 using namespace test;
-
-RayTracer tracerOf(const Scene& scene) {
-  Context context;
-  auto tracer = RayTracer::create(scene, "avx2", context, RayStructure::bundles);
-  EXPECT_TRUE(tracer);
-  return std::move(*tracer);
-}
-
-// Radiance by the place that is hit.
-HitRadiance lightAt(std::function<glm::vec3(const glm::vec3&)> radiance) {
-  return [radiance = std::move(radiance)](std::uint64_t, std::span<const Ray> rays, std::span<const Hit> hits,
-                                          std::span<glm::vec3> found) {
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      if (hits[i]) found[i] = radiance(rays[i].origin + hits[i].distance * rays[i].direction);
-    }
-  };
-}
 
 Record gatherAt(const Scene& scene, const glm::vec3& position, const glm::vec3& normal, const HitRadiance& light,
                 const RecordGatherer::Options& options, const Sky& sky = {}) {

@@ -2,6 +2,8 @@
 // Lobes in hemispherical harmonics against quadrature.
 #include "bake/preview/glossy_lobe.h"
 
+#include "tests/preview/hemisphere_quadrature.h"
+
 #include <gtest/gtest.h>
 
 #include <glm/geometric.hpp>
@@ -16,28 +18,7 @@
 namespace relume {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
-struct Node {
-  glm::dvec3 direction;
-  double weight;  // [sr]
-};
-
-std::vector<Node> hemisphereNodes() {
-  std::array<double, 96> u{}, weight{};
-  gaussLegendre(0.0, 0.5 * kPi, u, weight);
-  constexpr int kTurns = 192;
-  std::vector<Node> nodes;
-  for (std::size_t i = 0; i < u.size(); ++i) {
-    const double z = std::sin(u[i]) * std::sin(u[i]), r = std::sqrt(1.0 - z * z);
-    for (int k = 0; k < kTurns; ++k) {
-      const double phi = 2.0 * kPi * (k + 0.5) / kTurns;
-      nodes.push_back(
-          {{r * std::cos(phi), r * std::sin(phi), z}, weight[i] * std::sin(2.0 * u[i]) * 2.0 * kPi / kTurns});
-    }
-  }
-  return nodes;
-}
+using namespace test;
 
 double lobe(const glm::dvec3& d, const glm::dvec3& axis, double exponent) {
   return std::pow(std::max(0.0, glm::dot(d, axis)), exponent);
@@ -52,29 +33,29 @@ glm::vec3 axisAt(double deg) {
 TEST(LobeTable, aUniformWorldIsMirroredByTheAlbedo) {
   Context context;
   const LobeTable mean(6, LobeKind::mean, context), phong(6, LobeKind::phong, context);
-  const std::vector<Node> nodes = hemisphereNodes();
+  const std::vector<HemisphereNode> nodes = hemisphereNodes<96, 192>();
   std::vector<float> c(36);
   for (const double exponent : {1.0, 3.4, 20.0}) {
     for (const double deg : {0.0, 25.0, 60.0, 85.0}) {
       const glm::vec3 axis = axisAt(deg);
       mean.evaluate(static_cast<float>(exponent), axis, c);
-      EXPECT_NEAR(c[0] * std::sqrt(2.0 * kPi), 1.0, 1e-3);
+      EXPECT_NEAR(c[0] * std::sqrt(2.0 * std::numbers::pi), 1.0, 1e-3);
       double albedo = 0.0, integral = 0.0;
-      for (const Node& node : nodes) {
+      for (const HemisphereNode& node : nodes) {
         const double value = node.weight * lobe(node.direction, axis, exponent);
         integral += value;
-        albedo += value * node.direction.z * (exponent + 2.0) / (2.0 * kPi);
+        albedo += value * node.direction.z * (exponent + 2.0) / (2.0 * std::numbers::pi);
       }
       phong.evaluate(static_cast<float>(exponent), axis, c);
-      EXPECT_NEAR(c[0] * std::sqrt(2.0 * kPi), albedo, 0.005 * albedo) << exponent << " at " << deg;
+      EXPECT_NEAR(c[0] * std::sqrt(2.0 * std::numbers::pi), albedo, 0.005 * albedo) << exponent << " at " << deg;
       EXPECT_NEAR(mean.integral(static_cast<float>(exponent), axis.z), integral, 0.01 * integral);
     }
-    EXPECT_NEAR(mean.integral(static_cast<float>(exponent), 1.0f), 2.0 * kPi / (exponent + 1.0), 5e-3);
-    EXPECT_NEAR(mean.integral(static_cast<float>(exponent), 0.0f), kPi / (exponent + 1.0), 1e-3);
+    EXPECT_NEAR(mean.integral(static_cast<float>(exponent), 1.0f), 2.0 * std::numbers::pi / (exponent + 1.0), 5e-3);
+    EXPECT_NEAR(mean.integral(static_cast<float>(exponent), 0.0f), std::numbers::pi / (exponent + 1.0), 1e-3);
   }
   // Phong's lobe along the normal reflects all there is.
   phong.evaluate(20.0f, {0, 0, 1}, c);
-  EXPECT_NEAR(c[0] * std::sqrt(2.0 * kPi), 1.0, 1e-4);
+  EXPECT_NEAR(c[0] * std::sqrt(2.0 * std::numbers::pi), 1.0, 1e-4);
 }
 
 // A sphere of Phong's lobe of exponent 20 in a room of smooth light with a bright part, seen along an axis: order 10
@@ -82,7 +63,7 @@ TEST(LobeTable, aUniformWorldIsMirroredByTheAlbedo) {
 TEST(LobeTable, aPhongSphereOfOrderTenIsThatOfQuadrature) {
   Context context;
   const LobeTable table(kMaxHshOrder, LobeKind::phong, context);
-  const std::vector<Node> nodes = hemisphereNodes();
+  const std::vector<HemisphereNode> nodes = hemisphereNodes<96, 192>();
   const glm::dvec3 lamp = glm::normalize(glm::dvec3(0.4, 0.3, 0.8)), toViewer(0, 0, 1);
   const auto radiance = [&](const glm::dvec3& d) { return 0.3 + 0.1 * d.y + 3.0 * lobe(d, lamp, 30.0); };
   std::vector<double> h(kMaxHshCoefficients);
@@ -98,9 +79,9 @@ TEST(LobeTable, aPhongSphereOfOrderTenIsThatOfQuadrature) {
       const glm::dvec3 axis(glm::dot(r, t), glm::dot(r, b), glm::dot(r, n));
       std::vector<double> lambda(kMaxHshCoefficients, 0.0);
       double expected = 0.0;
-      for (const Node& node : nodes) {
+      for (const HemisphereNode& node : nodes) {
         const double light = node.weight * radiance(t * node.direction.x + b * node.direction.y + n * node.direction.z);
-        expected += light * lobe(node.direction, axis, 20.0) * node.direction.z * 22.0 / (2.0 * kPi);
+        expected += light * lobe(node.direction, axis, 20.0) * node.direction.z * 22.0 / (2.0 * std::numbers::pi);
         evaluateHsh(kMaxHshOrder, node.direction, h);
         for (std::size_t i = 0; i < h.size(); ++i) lambda[i] += light * h[i];
       }
@@ -140,7 +121,7 @@ TEST(LobeTable, orderOneIsTheMeanOfTheHemisphere) {
   const LobeTable table(1, LobeKind::mean, context);
   std::vector<float> c(1);
   table.evaluate(20.0f, axisAt(40.0), c);
-  EXPECT_NEAR(c[0], 1.0 / std::sqrt(2.0 * kPi), 1e-3);
+  EXPECT_NEAR(c[0], 1.0 / std::sqrt(2.0 * std::numbers::pi), 1e-3);
 }
 
 }  // namespace

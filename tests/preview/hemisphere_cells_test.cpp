@@ -11,7 +11,6 @@
 namespace relume {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr float kFov = 2.2142974f;  // 126.87 degrees: half a side of the plane is twice its distance
 
 glm::dvec3 sumOf(const HemisphereCells& cells) {
@@ -31,7 +30,7 @@ TEST(HemisphereCells, aFansCellsShareTheProjectedHemisphereEvenly) {
     const HemisphereCells cells = fanCells(rays);
     ASSERT_EQ(cells.integral.size(), cells.count());
     const glm::dvec3 sum = sumOf(cells);
-    EXPECT_NEAR(sum.z, kPi, 1e-5);
+    EXPECT_NEAR(sum.z, std::numbers::pi, 1e-5);
     EXPECT_NEAR(sum.x, 0.0, 1e-4);
     EXPECT_NEAR(sum.y, 0.0, 1e-4);
     for (const glm::vec3& integral : cells.integral) EXPECT_FLOAT_EQ(integral.z, cells.integral.front().z);
@@ -60,10 +59,10 @@ TEST(HemisphereCells, tangentPartsAreThoseOfADenseQuadrature) {
 TEST(HemisphereCells, planesCoverWhatTheirKindSays) {
   for (const std::uint32_t side : {2u, 16u, 64u}) {
     EXPECT_NEAR(sumOf(planeCells(side, kFov, Hemisphere::plane)).z, squareForm(2.0), 1e-5) << side;
-    EXPECT_NEAR(sumOf(planeCells(side, kFov, Hemisphere::scaled)).z, kPi, 1e-5) << side;
-    EXPECT_NEAR(sumOf(planeCells(side, kFov, Hemisphere::border)).z, kPi, 1e-5) << side;
+    EXPECT_NEAR(sumOf(planeCells(side, kFov, Hemisphere::scaled)).z, std::numbers::pi, 1e-5) << side;
+    EXPECT_NEAR(sumOf(planeCells(side, kFov, Hemisphere::border)).z, std::numbers::pi, 1e-5) << side;
   }
-  EXPECT_NEAR(1.0 - squareForm(2.0) / kPi, 0.169, 5e-4);
+  EXPECT_NEAR(1.0 - squareForm(2.0) / std::numbers::pi, 0.169, 5e-4);
 }
 
 // A border pixel's share beyond the plane, against its closed form

@@ -2,6 +2,8 @@
 // The hemispherical basis: orthonormal, and what turning and tilting a frame does to functions in it.
 #include "bake/preview/hsh.h"
 
+#include "tests/preview/hemisphere_quadrature.h"
+
 #include <gtest/gtest.h>
 
 #include <glm/geometric.hpp>
@@ -16,20 +18,11 @@
 namespace relume {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using namespace test;
 
 // Calls visit(direction, solid angle) at the nodes of a product rule over the hemisphere.
 void integrateHemisphere(const std::function<void(const glm::dvec3&, double)>& visit) {
-  std::array<double, 64> u{}, weight{};
-  gaussLegendre(0.0, 0.5 * kPi, u, weight);
-  constexpr int kTurns = 64;
-  for (std::size_t i = 0; i < u.size(); ++i) {
-    const double z = std::sin(u[i]) * std::sin(u[i]), r = std::sqrt(1.0 - z * z);
-    for (int k = 0; k < kTurns; ++k) {
-      const double phi = 2.0 * kPi * (k + 0.5) / kTurns;
-      visit({r * std::cos(phi), r * std::sin(phi), z}, weight[i] * std::sin(2.0 * u[i]) * 2.0 * kPi / kTurns);
-    }
-  }
+  for (const HemisphereNode& node : hemisphereNodes<64, 64>()) visit(node.direction, node.weight);
 }
 
 std::vector<float> project(int order, const std::function<double(const glm::dvec3&)>& f) {
@@ -70,10 +63,10 @@ TEST(Hsh, theFirstFunctionsAreThePaperS) {
   std::array<double, 9> h{};
   evaluateHsh(3, d, h);
   const double x = 2.0 * z - 1.0, s = std::sqrt(1.0 - x * x);
-  EXPECT_NEAR(h[0], std::sqrt(0.5 / kPi), 1e-12);
-  EXPECT_NEAR(h[1], std::sqrt(2.0) * std::sqrt(3.0 / (4.0 * kPi)) * std::sin(phi) * s, 1e-12);
-  EXPECT_NEAR(h[2], std::sqrt(1.5 / kPi) * x, 1e-12);
-  EXPECT_NEAR(h[6], std::sqrt(2.5 / kPi) * 0.5 * (3.0 * x * x - 1.0), 1e-12);
+  EXPECT_NEAR(h[0], std::sqrt(0.5 / std::numbers::pi), 1e-12);
+  EXPECT_NEAR(h[1], std::sqrt(2.0) * std::sqrt(3.0 / (4.0 * std::numbers::pi)) * std::sin(phi) * s, 1e-12);
+  EXPECT_NEAR(h[2], std::sqrt(1.5 / std::numbers::pi) * x, 1e-12);
+  EXPECT_NEAR(h[6], std::sqrt(2.5 / std::numbers::pi) * 0.5 * (3.0 * x * x - 1.0), 1e-12);
   // At the pole and on the horizon nothing is left of functions that turn with phi.
   for (const glm::dvec3& edge : {glm::dvec3(0, 0, 1), glm::dvec3(0.6, 0.8, 0)}) {
     evaluateHsh(3, edge, h);
@@ -136,7 +129,7 @@ TEST(Hsh, aTiltedFrameSeesLobesWhereTheyAre) {
   EXPECT_EQ(at, beyond);
   const std::vector<float> constant = project(3, [](const glm::dvec3&) { return 1.0; });
   std::vector<float> quarter(9);
-  HshTilt(3, 90).apply(static_cast<float>(0.5 * kPi), constant, quarter);
+  HshTilt(3, 90).apply(static_cast<float>(0.5 * std::numbers::pi), constant, quarter);
   EXPECT_NEAR(quarter[0], 0.5f * constant[0], 1e-4f);
 }
 

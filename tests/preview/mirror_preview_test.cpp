@@ -21,7 +21,7 @@ namespace {
 
 using namespace test;
 
-PreviewOptions small() {
+PreviewOptions smallGlossyPicture() {
   PreviewOptions options;
   options.width = 48;
   options.height = 32;
@@ -103,7 +103,7 @@ TEST(MirrorPreview, aFurnaceIsMirroredByTheReflectance) {
       if (hits[i]) radiance[i] = glm::vec3(2.0f);
     }
   };
-  PreviewOptions options = small();
+  PreviewOptions options = smallGlossyPicture();
   options.samples = 1;
   Context context;
   std::vector<Record> cache;
@@ -122,7 +122,7 @@ TEST(MirrorPreview, aFurnaceIsMirroredByTheReflectance) {
 
 TEST(MirrorPreview, whatIsMirroredIsThePathTracers) {
   const MirrorRoom room;
-  PreviewOptions options = small();
+  PreviewOptions options = smallGlossyPicture();
   options.rays = 1024;
   const PreviewFrame frame = room.preview(options);
   ReferenceOptions truth;
@@ -142,7 +142,7 @@ TEST(MirrorPreview, whatIsMirroredIsThePathTracers) {
 // What is too sharp for records is seen along rays, and a message says so: no energy is lost.
 TEST(MirrorPreview, sharpLobesAreSeenAlongRays) {
   const MirrorRoom room(300.0f);
-  PreviewOptions options = small();
+  PreviewOptions options = smallGlossyPicture();
   options.samples = 8;
   std::string said;
   const PreviewFrame frame = room.preview(options, 0, &said);
@@ -176,7 +176,7 @@ TEST(MirrorPreview, emittersAreMirroredOnce) {
     finish(room.scene);
     room.emissive = true;
     room.lights.clear();
-    PreviewOptions options = small();
+    PreviewOptions options = smallGlossyPicture();
     options.samples = 6;
     const PreviewFrame frame = room.preview(options);
     ReferenceOptions truth;
@@ -200,9 +200,9 @@ TEST(MirrorPreview, emittersAreMirroredOnce) {
 TEST(MirrorPreview, sameBytesAtOneTwoAndSevenThreads) {
   MirrorRoom room;
   room.sky.radiance = glm::vec3(0.3f);
-  const PreviewFrame one = room.preview(small(), 1);
+  const PreviewFrame one = room.preview(smallGlossyPicture(), 1);
   for (const int threads : {2, 7}) {
-    const PreviewFrame many = room.preview(small(), threads);
+    const PreviewFrame many = room.preview(smallGlossyPicture(), threads);
     EXPECT_EQ(one.mirrored, many.mirrored);
     EXPECT_EQ(one.highlights, many.highlights);
     EXPECT_EQ(one.bounced, many.bounced);
@@ -211,7 +211,7 @@ TEST(MirrorPreview, sameBytesAtOneTwoAndSevenThreads) {
 }
 
 TEST(MirrorPreview, withoutGlossThereAreNoLayersAndMaterialsDoNotMatter) {
-  PreviewOptions options = small();
+  PreviewOptions options = smallGlossyPicture();
   options.gloss = false;
   const PreviewFrame metal = MirrorRoom(12.0f).preview(options), other = MirrorRoom(300.0f).preview(options);
   EXPECT_TRUE(metal.mirrored.empty());
@@ -224,7 +224,7 @@ TEST(MirrorPreview, withoutGlossThereAreNoLayersAndMaterialsDoNotMatter) {
 // Few records, a time limit, triangles without an area, and orders out of range.
 TEST(MirrorPreview, limitsAndBadLevelsLeaveFinitePictures) {
   MirrorRoom room;
-  PreviewOptions options = small();
+  PreviewOptions options = smallGlossyPicture();
   options.maxRecords = 3;
   const auto isFinite = [](const PreviewFrame& frame) {
     for (const glm::vec3& v : frame.mirrored) {
@@ -233,19 +233,19 @@ TEST(MirrorPreview, limitsAndBadLevelsLeaveFinitePictures) {
     return !frame.mirrored.empty();
   };
   EXPECT_TRUE(isFinite(room.preview(options)));
-  options = small();
+  options = smallGlossyPicture();
   options.timeLimitSeconds = 1e-6f;
   EXPECT_TRUE(isFinite(room.preview(options)));
-  options = small();
+  options = smallGlossyPicture();
   options.glossyOrder = 1;
   EXPECT_TRUE(isFinite(room.preview(options)));
   options.accuracy = 2.0f;
   EXPECT_TRUE(isFinite(room.preview(options)));
   addInstance(room.scene, quad({0, 1, 0}, {1e-20f, 0, 0}, {0, 1, 0}));
   finish(room.scene);
-  EXPECT_TRUE(isFinite(room.preview(small())));
+  EXPECT_TRUE(isFinite(room.preview(smallGlossyPicture())));
   for (const int order : {-1, 11}) {
-    options = small();
+    options = smallGlossyPicture();
     options.glossyOrder = order;
     const RayTracer tracer = room.tracer();
     Context context;

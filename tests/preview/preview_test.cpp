@@ -5,6 +5,7 @@
 #include "bake/reference/emitters.h"
 #include "bake/reference/path_tracer.h"
 #include "tests/cancel_after.h"
+#include "tests/preview/known_light.h"
 #include "tests/rays/make_scene.h"
 
 #include <gtest/gtest.h>
@@ -19,14 +20,7 @@ namespace {
 
 using namespace test;
 
-RayTracer tracerOf(const Scene& scene) {
-  Context context;
-  auto tracer = RayTracer::create(scene, "avx2", context, RayStructure::bundles);
-  EXPECT_TRUE(tracer);
-  return std::move(*tracer);
-}
-
-PreviewOptions small() {
+PreviewOptions smallPicture() {
   PreviewOptions options;
   options.width = 48;
   options.height = 32;
@@ -104,7 +98,7 @@ TEST(Preview, closedFurnaceGivesItsFirstBounce) {
       if (hits[i]) radiance[i] = glm::vec3(rho * le);
     }
   };
-  PreviewOptions options = small();
+  PreviewOptions options = smallPicture();
   options.emitterRays = 256;
   Context context;
   std::vector<Record> cache;
@@ -123,7 +117,7 @@ TEST(Preview, aConstantSkyLightsAnOpenPlaneByItsRadiance) {
   finish(scene);
   Asked asked{lookAt({0, 3, 0.1f}, {0, 0, 0}), {}, false, {}};
   asked.sky.radiance = {0.5f, 1.0f, 2.0f};
-  const PreviewFrame frame = preview(scene, asked, small());
+  const PreviewFrame frame = preview(scene, asked, smallPicture());
   for (const glm::vec3& e : frame.straight) {
     EXPECT_NEAR(e.x, 0.25f, 1e-4f);
     EXPECT_NEAR(e.z, 1.0f, 1e-4f);
@@ -136,7 +130,7 @@ TEST(Preview, aConstantSkyLightsAnOpenPlaneByItsRadiance) {
 // Each record was gathered at a pixel's centre, and has a weight there.
 TEST(Preview, pixelsKnowWhichOfThemHaveARecord) {
   const FurnishedRoom room;
-  const PreviewFrame frame = preview(room.scene, room.asked, small());
+  const PreviewFrame frame = preview(room.scene, room.asked, smallPicture());
   std::uint32_t marked = 0;
   for (std::size_t i = 0; i < frame.recordAt.size(); ++i) {
     if (frame.recordAt[i] == 0.0f) continue;
@@ -150,7 +144,7 @@ TEST(Preview, pixelsKnowWhichOfThemHaveARecord) {
 // Against the path tracer's first bounce: the whole picture and its direct light.
 TEST(Preview, firstBounceIsThePathTracers) {
   const FurnishedRoom room;
-  const PreviewOptions options = small();
+  const PreviewOptions options = smallPicture();
   const PreviewFrame frame = preview(room.scene, room.asked, options);
   ReferenceOptions truth;
   truth.width = options.width;
@@ -188,12 +182,12 @@ TEST(Preview, noRecordLightsTheOtherSideOfAWall) {
   Context context;
   std::vector<Record> cache;
   const auto bright =
-      renderPreview({tracer, tracer, lit.camera, lit.lights, false, lit.sky}, light, small(), cache, context);
+      renderPreview({tracer, tracer, lit.camera, lit.lights, false, lit.sky}, light, smallPicture(), cache, context);
   ASSERT_TRUE(bright);
   EXPECT_GT(meanOf(bright->bounced), 0.1);
   // With all records of the lit room in the cache.
   const auto black =
-      renderPreview({tracer, tracer, dark.camera, dark.lights, false, dark.sky}, light, small(), cache, context);
+      renderPreview({tracer, tracer, dark.camera, dark.lights, false, dark.sky}, light, smallPicture(), cache, context);
   ASSERT_TRUE(black);
   EXPECT_EQ(meanOf(black->bounced), 0.0);
   EXPECT_EQ(meanOf(black->direct), 0.0);
@@ -204,7 +198,7 @@ TEST(Preview, sameBytesAtOneTwoAndSevenThreads) {
   Asked asked = room.asked;
   asked.sky.radiance = glm::vec3(0.3f);
   for (const PlacementOrder order : {PlacementOrder::waves, PlacementOrder::linear}) {
-    PreviewOptions options = small();
+    PreviewOptions options = smallPicture();
     options.order = order;
     const PreviewFrame one = preview(room.scene, asked, options, 1);
     for (const int threads : {2, 7}) {
@@ -222,7 +216,7 @@ TEST(Preview, sameBytesAtOneTwoAndSevenThreads) {
 
 TEST(Preview, wavesAndTheLinearScanAgree) {
   const FurnishedRoom room;
-  PreviewOptions options = small();
+  PreviewOptions options = smallPicture();
   const PreviewFrame waves = preview(room.scene, room.asked, options);
   options.order = PlacementOrder::linear;
   const PreviewFrame linear = preview(room.scene, room.asked, options);
@@ -240,16 +234,16 @@ TEST(Preview, recordsOfOneViewServeTheNext) {
   const FurnishedRoom room;
   Context context;
   std::vector<Record> cache;
-  const auto first = tryPreview(room.scene, room.asked, small(), context, cache);
+  const auto first = tryPreview(room.scene, room.asked, smallPicture(), context, cache);
   ASSERT_TRUE(first);
-  const auto again = tryPreview(room.scene, room.asked, small(), context, cache);
+  const auto again = tryPreview(room.scene, room.asked, smallPicture(), context, cache);
   ASSERT_TRUE(again);
   EXPECT_EQ(again->records, first->records);
   EXPECT_EQ(again->rays, 0u);
   EXPECT_EQ(again->bounced, first->bounced);
   Asked turned = room.asked;
   turned.camera = lookAt({1.6f, 2.2f, 1.7f}, {-0.65f, 0.4f, -0.45f}, 1.0f);
-  const auto moved = tryPreview(room.scene, turned, small(), context, cache);
+  const auto moved = tryPreview(room.scene, turned, smallPicture(), context, cache);
   ASSERT_TRUE(moved);
   EXPECT_LT(moved->records - first->records, first->records / 2);
 }
@@ -261,7 +255,7 @@ TEST(Preview, tooFewRecordsReachFartherAndNoPixelStaysDark) {
   context.onMessage = [&](Severity severity, std::string_view text) {
     warnings += severity == Severity::warning && text.find("--max-records") != std::string_view::npos ? 1 : 0;
   };
-  PreviewOptions options = small();
+  PreviewOptions options = smallPicture();
   options.maxRecords = 3;
   std::vector<Record> cache;
   const auto frame = tryPreview(room.scene, room.asked, options, context, cache);
@@ -274,7 +268,7 @@ TEST(Preview, tooFewRecordsReachFartherAndNoPixelStaysDark) {
 
 TEST(Preview, aTimeLimitLeavesAWholePicture) {
   const FurnishedRoom room;
-  PreviewOptions options = small();
+  PreviewOptions options = smallPicture();
   options.timeLimitSeconds = 1e-6f;
   const PreviewFrame frame = preview(room.scene, room.asked, options);
   EXPECT_EQ(frame.width, options.width);
@@ -294,20 +288,20 @@ TEST(Preview, badViewsAreBlackOrSky) {
   Asked away{lookAt({0, 50, 0}, {0, 100, 1}), {}, false, {}};
   away.sky.radiance = glm::vec3(2.0f);
   for (const Scene* scene : {&room.scene, static_cast<const Scene*>(&empty)}) {
-    const PreviewFrame frame = preview(*scene, away, small());
+    const PreviewFrame frame = preview(*scene, away, smallPicture());
     EXPECT_NEAR(meanOf(frame.emission), 6.0, 1e-5);
     EXPECT_EQ(frame.records, 0u);
   }
   Asked dark = room.asked;
   dark.lights.clear();
-  EXPECT_EQ(meanOf(preview(room.scene, dark, small()).bounced), 0.0);
+  EXPECT_EQ(meanOf(preview(room.scene, dark, smallPicture()).bounced), 0.0);
   Asked within = room.asked;
   within.camera = lookAt({-0.5f, 0.5f, -0.5f}, {1, 0.4f, 0.3f});
-  EXPECT_TRUE(std::isfinite(meanOf(preview(room.scene, within, small()).bounced)));
+  EXPECT_TRUE(std::isfinite(meanOf(preview(room.scene, within, smallPicture()).bounced)));
   Scene slivers = room.scene;
   addInstance(slivers, quad({0, 1, 0}, {1e-20f, 0, 0}, {0, 1, 0}));
   finish(slivers);
-  EXPECT_TRUE(std::isfinite(meanOf(preview(slivers, room.asked, small()).bounced)));
+  EXPECT_TRUE(std::isfinite(meanOf(preview(slivers, room.asked, smallPicture()).bounced)));
 }
 
 // The same level more than a kilometre from the origin.
@@ -318,7 +312,7 @@ TEST(Preview, farFromTheOriginItIsTheSame) {
   for (Instance& instance : moved.scene.instances) instance.toWorld[3] += glm::vec4(offset, 0.0f);
   moved.asked.camera.toWorld[3] += glm::vec4(offset, 0.0f);
   for (SceneLight& light : moved.asked.lights) light.positionWorld += offset;
-  PreviewOptions options = small();
+  PreviewOptions options = smallPicture();
   options.rays = 4096;
   const double here = meanOf(preview(room.scene, room.asked, options).bounced),
                there = meanOf(preview(moved.scene, moved.asked, options).bounced);
@@ -330,7 +324,7 @@ TEST(Preview, anOrthographicViewShowsThePlan) {
   room.asked.camera = lookAt({0, 2.9f, 0}, {0, 0, 0}, 1.0f, {0, 0, -1});
   room.asked.camera.orthographic = true;
   room.asked.camera.yMag = 1.2f;
-  const PreviewFrame frame = preview(room.scene, room.asked, small());
+  const PreviewFrame frame = preview(room.scene, room.asked, smallPicture());
   EXPECT_GT(meanOf(frame.bounced), 0.0);
   EXPECT_NEAR(frame.depth[0], 2.9f, 1e-4f);
 }
@@ -345,7 +339,7 @@ TEST(Preview, optionsOutOfRangeAreRefused) {
         +[](PreviewOptions& o) { o.maxRecords = 0; }, +[](PreviewOptions& o) { o.timeLimitSeconds = -1.0f; },
         +[](PreviewOptions& o) { o.contrast = 0.0f; }, +[](PreviewOptions& o) { o.rounds = 17; },
         +[](PreviewOptions& o) { o.emitterRays = 0; }}) {
-    PreviewOptions options = small();
+    PreviewOptions options = smallPicture();
     change(options);
     Context context;
     std::vector<Record> cache;
@@ -357,7 +351,7 @@ TEST(Preview, optionsOutOfRangeAreRefused) {
 
 TEST(Preview, aCancelIsHeard) {
   const FurnishedRoom room;
-  PreviewOptions options = small();
+  PreviewOptions options = smallPicture();
   options.rays = 65536;
   options.accuracy = 0.02f;
   const double after = processorSecondsAfterCancel(0.5, [&](Context& context) {

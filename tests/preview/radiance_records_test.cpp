@@ -2,7 +2,7 @@
 // Radiance records against closed forms and quadrature.
 #include "bake/preview/radiance_records.h"
 
-#include "relume/bake/context.h"
+#include "tests/preview/known_light.h"
 #include "tests/rays/make_scene.h"
 
 #include <gtest/gtest.h>
@@ -18,24 +18,6 @@ namespace relume {
 namespace {
 
 using namespace test;
-
-constexpr double kPi = std::numbers::pi;
-
-RayTracer tracerOf(const Scene& scene) {
-  Context context;
-  auto tracer = RayTracer::create(scene, "avx2", context, RayStructure::bundles);
-  EXPECT_TRUE(tracer);
-  return std::move(*tracer);
-}
-
-template <class Radiance>
-HitRadiance lightAt(const Radiance& radiance) {
-  return [radiance](std::uint64_t, std::span<const Ray> rays, std::span<const Hit> hits, std::span<glm::vec3> found) {
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      if (hits[i]) found[i] = radiance(rays[i].origin + hits[i].distance * rays[i].direction);
-    }
-  };
-}
 
 RecordGatherer::Options gathering(std::uint32_t rays, Hemisphere hemisphere = Hemisphere::fan) {
   RecordGatherer::Options options;
@@ -71,7 +53,7 @@ TEST(RadianceRecords, aFurnaceHasTheFirstCoefficientAloneAndNoGradient) {
     const Gathered record(scene, lightAt([&](const glm::vec3&) { return radiance; }), options, kOrder, {0.2f, 0, 0});
     for (int c = 0; c < 3; ++c) {
       for (std::size_t i = 0; i < kOrder * kOrder; ++i) {
-        const double expected = i == 0 ? std::sqrt(2.0 * kPi) * static_cast<double>(radiance[c]) : 0.0;
+        const double expected = i == 0 ? std::sqrt(2.0 * std::numbers::pi) * static_cast<double>(radiance[c]) : 0.0;
         EXPECT_NEAR(record.sums[static_cast<std::size_t>(c) * kOrder * kOrder + i], expected, 0.005 * radiance[c]) << i;
       }
     }
@@ -86,7 +68,7 @@ std::vector<double> halfBrightCeiling(int order, const glm::mat3& frame, double 
   std::array<double, 32> u{}, weight{};
   constexpr int kTurns = 1024;
   for (int k = 0; k < kTurns; ++k) {
-    const double phi = 2.0 * kPi * (k + 0.5) / kTurns;
+    const double phi = 2.0 * std::numbers::pi * (k + 0.5) / kTurns;
     // Where x + tan(theta) cos(phi) = 0.
     const double tangent = -x / std::cos(phi), edge = 1.0 / std::sqrt(1.0 + tangent * tangent);  // z there
     const bool crosses = tangent > 0.0;
@@ -100,7 +82,7 @@ std::vector<double> halfBrightCeiling(int order, const glm::mat3& frame, double 
       const glm::dvec3 world(r * std::cos(phi), r * std::sin(phi), z);
       evaluateHsh(order, world * glm::dmat3(frame), h);
       for (std::size_t j = 0; j < h.size(); ++j)
-        sums[j] += h[j] * weight[i] * std::sin(2.0 * u[i]) * 2.0 * kPi / kTurns;
+        sums[j] += h[j] * weight[i] * std::sin(2.0 * u[i]) * 2.0 * std::numbers::pi / kTurns;
     }
   }
   return sums;
@@ -186,10 +168,11 @@ TEST(RadianceRecords, aSplatIsTheIntegralOverTheSameRecords) {
     double total = 0.0;
     std::array<double, 48> u{}, weight{};
     std::vector<double> h(kCount);
-    gaussLegendre(0.0, 0.5 * kPi, u, weight);
+    gaussLegendre(0.0, 0.5 * std::numbers::pi, u, weight);
     for (std::size_t i = 0; i < u.size(); ++i) {
       for (int k = 0; k < 96; ++k) {
-        const double z = std::sin(u[i]) * std::sin(u[i]), r = std::sqrt(1.0 - z * z), phi = 2.0 * kPi * (k + 0.5) / 96;
+        const double z = std::sin(u[i]) * std::sin(u[i]), r = std::sqrt(1.0 - z * z),
+                     phi = 2.0 * std::numbers::pi * (k + 0.5) / 96;
         const glm::dvec3 d(r * std::cos(phi), r * std::sin(phi), z);
         const double lobe =
             std::pow(std::max(0.0, glm::dot(d, glm::dvec3(axis))), 8.0) * weight[i] * std::sin(2.0 * u[i]);
