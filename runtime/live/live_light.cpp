@@ -4,14 +4,11 @@
 
 #include "formats/limits.h"
 #include "formats/sh.h"
-#include "formats/sphere_points.h"
 #include "runtime/live/cell_field.h"
-#include "runtime/live/turn_of_set.h"
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/stopwatch.h"
 
 #include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
 
 #include <algorithm>
 #include <array>
@@ -26,41 +23,16 @@ constexpr std::uint32_t kBasis = 9, kCoefficients = 3 * kBasis;  // of three ban
 constexpr std::uint32_t kCells = 16, kSides = 512;               // of a chunk
 constexpr float kPi = std::numbers::pi_v<float>;
 
-Error usage(const std::string& what) { return {ErrorCode::usage, "live light: " + what}; }
-
-// A frame's rays, the same for all cells: their basis functions are computed once.
-struct FrameRays {
-  std::vector<glm::vec3> direction, sky;
-  std::vector<float> basis;  // kBasis each, times 4 pi / rays
-
-  FrameRays(std::uint32_t count, std::uint32_t set, const LiveSky& map)
-      : direction(count), sky(count), basis(std::size_t{kBasis} * count) {
-    const glm::mat3 turn = turnOfSet(set);
-    const float weight = 4.0f * kPi / static_cast<float>(count);
-    for (std::uint32_t i = 0; i < count; ++i) {
-      direction[i] = glm::normalize(turn * spherePoint(i, count));
-      sky[i] = skyAlong(map, direction[i]);
-      float* const y = basis.data() + std::size_t{kBasis} * i;
-      evaluateSh(3, direction[i], {y, kBasis});
-      for (std::uint32_t k = 0; k < kBasis; ++k) y[k] *= weight;
-    }
+// Basis functions of a frame's rays, which are the same for all cells. [kBasis each, times 4 pi / rays]
+std::vector<float> basisOf(const std::vector<glm::vec3>& direction) {
+  std::vector<float> basis(kBasis * direction.size());
+  const float weight = 4.0f * kPi / static_cast<float>(direction.size());
+  for (std::size_t i = 0; i < direction.size(); ++i) {
+    float* const y = basis.data() + kBasis * i;
+    evaluateSh(3, direction[i], {y, kBasis});
+    for (std::uint32_t k = 0; k < kBasis; ++k) y[k] *= weight;
   }
-};
-
-Status checkFrame(const LiveFrame& frame) {
-  if (!isRadiance(frame.emissionScale)) return usage("emissionScale has a channel outside of 0 to 1e9");
-  if (!(frame.bounceScale >= 0.0f && frame.bounceScale <= 1.0f)) return usage("bounceScale is outside of 0 to 1");
-  if (!(frame.keep >= 0.0f && frame.keep < 1.0f)) return usage("keep is outside of 0 to 1, 1 not included");
-  if (!isRadiance(frame.sky.radiance)) return usage("the sky's radiance has a channel outside of 0 to 1e9");
-  if (frame.sky.map.empty()) return done();
-  if (frame.sky.map.size() != std::size_t{frame.sky.side} * frame.sky.side)
-    return usage("the sky's map has " + std::to_string(frame.sky.map.size()) +
-                 " texels, expected the square of its side, " + std::to_string(frame.sky.side));
-  for (std::size_t i = 0; i < frame.sky.map.size(); ++i) {
-    if (!isRadiance(frame.sky.map[i]))
-      return usage("texel " + std::to_string(i) + " of the sky's map has a channel outside of 0 to 1e9");
-  }
-  return done();
+  return basis;
 }
 
 // Irradiance from radiance coefficients by the clamped cosine, as much as light of one radiance from all sides at most.
@@ -90,8 +62,7 @@ glm::vec3 readStencil(const CellStencil& stencil, std::span<const float> coeffic
 }  // namespace
 
 Result<LiveLight> LiveLight::create(const LiveOptions& options) {
-  if (options.raysPerCell < 8 || options.raysPerCell > 4096)
-    return usage(std::to_string(options.raysPerCell) + " rays for a cell, expected 8 to 4096");
+  if (Status ok = checkLiveOptions(options); !ok) return ok.error();
   return LiveLight(options);
 }
 
@@ -151,7 +122,8 @@ void LiveLight::bounce(const VoxelVolume& volume, float scale) {
 }
 
 void LiveLight::gather(const VoxelVolume& volume, const LiveFrame& frame) {
-  const FrameRays rays(options_.raysPerCell, frame.raySet, frame.sky);
+  const LiveRays rays = liveRays(options_.raysPerCell, frame);
+  const std::vector<float> basis = basisOf(rays.direction);
   const VolumeGrid& grid = volume.grid();
   const float far = std::numeric_limits<float>::infinity();
   forChunks(volume.parallelFor(), activeCells(), kCells, [&](std::uint32_t begin, std::uint32_t end) {
@@ -164,7 +136,7 @@ void LiveLight::gather(const VoxelVolume& volume, const LiveFrame& frame) {
         if (hit.found) radiance = volume.radianceAt(hit.voxel, rays.direction[i]);
         if (radiance == glm::vec3(0.0f)) continue;
         brightest = std::max({brightest, radiance.x, radiance.y, radiance.z});
-        const float* const y = rays.basis.data() + std::size_t{kBasis} * i;
+        const float* const y = basis.data() + std::size_t{kBasis} * i;
         for (std::uint32_t k = 0; k < kBasis; ++k) {
           sum[k] += radiance.x * y[k];
           sum[kBasis + k] += radiance.y * y[k];
@@ -181,7 +153,7 @@ void LiveLight::gather(const VoxelVolume& volume, const LiveFrame& frame) {
 }
 
 Status LiveLight::update(VoxelVolume& volume, const LiveFrame& frame) {
-  if (Status ok = checkFrame(frame); !ok) return ok;
+  if (Status ok = checkLiveFrame(frame); !ok) return ok;
   try {
     Stopwatch watch;
     follow(volume);

@@ -12,7 +12,7 @@
 #include "relume/relighter.h"
 #include "relume/result.h"
 #include "runtime/live/cell_set.h"
-#include "runtime/live/live_sky.h"
+#include "runtime/live/live_frame.h"
 #include "runtime/voxels/voxel_volume.h"
 
 #include <cstdint>
@@ -21,27 +21,14 @@
 
 namespace relume {
 
-struct LiveOptions {
-  std::uint32_t raysPerCell = 64;  // [8..4096] a frame
-};
-
-struct LiveFrame {
-  glm::vec3 emissionScale{1.0f};  // [>= 0] factor on the voxels' emission
-  float bounceScale = 1.0f;       // [0..1] share of last frame's caches that voxels reflect; 0 = one bounce
-  float keep = 0.0f;              // [0..1) share of last frame's caches that stays: exp(-seconds / 0.15) hides noise
-  LiveSky sky;
-  std::uint32_t raySet = 0;   // which of the sets of rays, evenly turned against each other: count the frames
-  bool freezeVoxels = false;  // gather once more from the voxels as they are lit: more rays, no bounce more
-};
-
 class LiveLight {
  public:
-  // usage: raysPerCell out of range.
+  // Errors of checkLiveOptions().
   static Result<LiveLight> create(const LiveOptions& options);
 
   // A frame: light of the caches onto the voxels, their radiosity, and all active cells gathered anew. The volume has
-  // been lit directly. Cells that have just become active begin with what they gather now. usage: a number of the frame
-  // that is not finite or out of its range, a map of another size; memory: it ran out. Last frame's light stays then.
+  // been lit directly. Cells that have just become active begin with what they gather now. Errors of
+  // checkLiveFrame(); memory: it ran out. Last frame's light stays then.
   [[nodiscard]] Status update(VoxelVolume& volume, const LiveFrame& frame);
   void reset();
 

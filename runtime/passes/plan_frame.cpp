@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // See frame_plan.h: what a frame copies and dispatches, in the order of relighter.h.
-#include "runtime/light_window.h"
 #include "runtime/passes/frame_plan.h"
+#include "runtime/passes/pack_lights.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,21 +11,6 @@ namespace relume::gpu {
 namespace {
 
 using gl::kRelumeNone;
-
-void packLights(std::span<const Light> lights, std::pmr::vector<gl::RelumeLight>& packed) {
-  packed.resize(lights.size());
-  for (std::size_t i = 0; i < lights.size(); ++i) {
-    const Light& from = lights[i];
-    gl::RelumeLight& to = packed[i];
-    const bool directional = from.kind == LightKind::directional, spot = from.kind == LightKind::spot;
-    const float cosOuter = std::cos(from.outerConeRad);
-    const float coneScale = spot ? 1.0f / std::max(std::cos(from.innerConeRad) - cosOuter, 0.001f) : 0.0f;
-    to.position = glm::vec4(from.positionWorld, directional ? -1.0f : inverseRangeSquared(from.range));
-    // A point light's direction may hold anything, also what is not finite.
-    to.direction = directional || spot ? glm::vec4(from.direction, coneScale) : glm::vec4(0.0f);
-    to.intensity = glm::vec4(from.intensity, spot ? -cosOuter * coneScale : 1.0f);
-  }
-}
 
 template <class T>
 void addUpload(std::pmr::vector<GpuUpload>& uploads, BufferIndex buffer, const std::pmr::vector<T>& elements) {

@@ -124,6 +124,28 @@
 #define RELUME_SURFEL_GROUP 64
 #define RELUME_FILL_GROUP 64
 
+// Light without a bake (runtime/live_gl): storage buffers, texture units, rows of textures.
+#define RELUME_LIVE_SLOT_SIDES 0     // three vec4 a side: position [voxels], normal, emission; albedo in their w
+#define RELUME_LIVE_SLOT_STENCILS 1  // five words a side (live_stencils.comp)
+#define RELUME_LIVE_SLOT_VOXELS 2    // two words a voxel: 127 times its axis, 128 added; its place, 10 bits each
+#define RELUME_LIVE_SLOT_DIRECT 3    // vec4 a side: irradiance [W/m²]
+#define RELUME_LIVE_SLOT_SAMPLES 4   // four pairs of words a side: runtime/voxels/voxel_layer.h, SideSample
+#define RELUME_LIVE_SLOT_LIGHTS 5    // RelumeLight[]
+#define RELUME_LIVE_SLOT_CACHES 0    // gather: the voxel of each cache, 10 bits each
+#define RELUME_LIVE_SLOT_CARRY 0     // carry: the slot that each cache had before, ~0 = none
+#define RELUME_LIVE_UNIT_CELLS 12
+#define RELUME_LIVE_UNIT_PLANES 13
+#define RELUME_LIVE_UNIT_LIGHT 14
+#define RELUME_LIVE_UNIT_RAYS 13      // gather
+#define RELUME_LIVE_UNIT_RADIANCE 14  // gather
+#define RELUME_LIVE_UNIT_MOVING 15    // gather
+#define RELUME_LIVE_PLANES_A_ROW 2048
+#define RELUME_LIVE_CACHES_A_ROW 256  // seven texels each
+#define RELUME_LIVE_SIDES_A_ROW 2048
+#define RELUME_LIVE_GROUP 64
+#define RELUME_LIVE_MAX_GROUPS 65535
+#define RELUME_LIVE_LIFT 0.05f  // [voxel] of places off their surface, which is rounded
+
 #ifdef __cplusplus
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>

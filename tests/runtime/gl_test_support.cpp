@@ -42,7 +42,8 @@ SyntheticOptions manySurfels(LinkKind kind, std::uint32_t bands) {
 }
 
 std::vector<float> runCompute(const std::string& text, const std::string& body, const std::vector<float>& in,
-                              std::size_t count, std::size_t outFloats) {
+                              std::size_t count, std::size_t outFloats,
+                              const std::function<void(std::uint32_t)>& prepare) {
   const std::string source = "#version 430 core\n" + text +
                              "layout(local_size_x = 64) in;\n"
                              "layout(std430, binding = 0) readonly buffer In { float inData[]; };\n"
@@ -70,6 +71,7 @@ std::vector<float> runCompute(const std::string& text, const std::string& body, 
     glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(in.size() * 4), in.data(), GL_STATIC_DRAW);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, buffers[1]);
     glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(outFloats * 4), nullptr, GL_STATIC_DRAW);
+    if (prepare) prepare(program);
     glUseProgram(program);
     glUniform1ui(glGetUniformLocation(program, "threadCount"), static_cast<GLuint>(count));
     glDispatchCompute(static_cast<GLuint>((count + 63) / 64), 1, 1);

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,9 +34,11 @@ Relighter makeRelighter(const Bake& bake, BackendKind backend, int luma = 0, int
 SyntheticOptions manySurfels(LinkKind kind, std::uint32_t bands);
 
 // Run `body` on `count` threads of a compute shader. `text` follows #version 430 and may declare functions; `body`
-// knows its thread `i`, reads float inData[] (binding 0) and writes float outData[] (binding 1).
+// knows its thread `i`, reads float inData[] (binding 0) and writes float outData[] (binding 1). prepare: given the
+// program before it runs.
 std::vector<float> runCompute(const std::string& text, const std::string& body, const std::vector<float>& in,
-                              std::size_t count, std::size_t outFloats);
+                              std::size_t count, std::size_t outFloats,
+                              const std::function<void(std::uint32_t program)>& prepare = {});
 
 // Largest difference of two lists of numbers, relative to the root mean square of the first.
 double difference(const std::vector<float>& a, const std::vector<float>& b);

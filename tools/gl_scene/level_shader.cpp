@@ -3,8 +3,8 @@
 #include "tools/gl_scene/level_shader.h"
 
 #include "tools/gl_scene/gl_level.h"
+#include "runtime/live_gl/live_light_gl.h"
 #include "tools/gl_scene/gl_program.h"
-#include "tools/gl_scene/live_field.h"
 #include "tools/gl_scene/shadow_maps.h"
 
 #include <glm/gtc/type_ptr.hpp>
@@ -114,8 +114,8 @@ const char* kNoLinks =
     "vec3 levelGlossy(vec3 p, vec3 n, vec3 r, float exponent) { return vec3(0.0); }\n";
 
 const char* kLiveLinks =
-    "vec3 levelLinks(vec3 p, vec3 n) { return liveIrradiance(p, n); }\n"
-    "vec3 levelGlossy(vec3 p, vec3 n, vec3 r, float exponent) { return liveGlossy(p, n, r, exponent); }\n";
+    "vec3 levelLinks(vec3 p, vec3 n) { return relumeLiveIrradiance(p, n); }\n"
+    "vec3 levelGlossy(vec3 p, vec3 n, vec3 r, float exponent) { return relumeLiveGlossy(p, n, r, exponent); }\n";
 
 std::string gridDefine(GridLookup lookup) {
   const char* const function = lookup == GridLookup::smooth    ? "relumeIrradianceGridSmooth"
@@ -145,7 +145,9 @@ Result<GlProgram> makeDepthProgram() {
 }
 
 Result<GlProgram> makeLiveProgram(const std::string& mainGlsl) {
-  return linkLevel(LiveField::glsl(), kLiveLinks, mainGlsl);
+  const Result<std::string> resolve = LiveLightGl::glsl();
+  if (!resolve) return resolve.error();
+  return linkLevel(*resolve, kLiveLinks, mainGlsl);
 }
 
 void setLevelLights(GLuint program, std::span<const Light> lights) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The light of LiveLight's caches in OpenGL: textures of what a receiver reads, and the GLSL that reads them as
-// LiveLight::irradiance() does (runtime/live/live_light.h); a test compares the two.
+// The light of LiveLight's caches in OpenGL: textures of what LiveLightGl::glsl() reads, as LiveLight::irradiance()
+// does (runtime/live/live_light.h); a test compares the two.
 #pragma once
 
 #include "runtime/live/live_light.h"
@@ -18,8 +18,7 @@ namespace relume {
 // What the textures hold, copied so that another thread may go on with the light.
 struct LiveTexels {
   VolumeGrid grid;
-  std::vector<glm::uvec4> cell;                   // [Size cells] bits of standing voxels in x and y; number of the
-                                                  // first of them; its cache: slot * 64 + voxel, kInactive = none
+  std::vector<glm::uvec4> cell;                   // cellTexels()
   std::vector<std::array<std::int8_t, 4>> plane;  // as CellSet::plane
   std::vector<std::array<glm::vec4, 7>> light;    // [Size caches] red, green and blue of nine coefficients, one after
                                                   // the other, then the brightest ray's largest channel [W/m²/sr]
@@ -32,17 +31,12 @@ class LiveField {
   static Result<LiveField> create();
   // Until the first call there is no light. failed: OpenGL has no memory for it; what there was is gone.
   Status upload(const LiveTexels& texels);
-  // Tell a program that contains glsl() where the grid is.
+  // Tell a program that contains LiveLightGl::glsl() where the grid is.
   void setUniforms(GLuint program) const;
   // Bind the textures to kUnits.
   void bind() const;
 
   static constexpr std::array<GLuint, 3> kUnits{12, 13, 14};  // those of the runtime's resolve, which it replaces
-
-  // vec3 liveIrradiance(vec3 positionWorld, vec3 n)   [W/m²] by all light but the punctual lights' own
-  // vec3 liveGlossy(vec3 positionWorld, vec3 n, vec3 r, float exponent)   mean radiance in a cos^exponent lobe about r
-  // Both read the caches around a place once for a pixel: call them for one place and normal.
-  static std::string glsl();
 
  private:
   LiveField() = default;

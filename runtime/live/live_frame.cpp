@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// See live_frame.h.
+#include "runtime/live/live_frame.h"
+
+#include "formats/limits.h"
+#include "formats/sphere_points.h"
+#include "runtime/live/turn_of_set.h"
+
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+
+#include <string>
+
+namespace relume {
+namespace {
+
+Error usage(const std::string& what) { return {ErrorCode::usage, "live light: " + what}; }
+
+}  // namespace
+
+Status checkLiveOptions(const LiveOptions& options) {
+  if (options.raysPerCell < 8 || options.raysPerCell > 4096)
+    return usage(std::to_string(options.raysPerCell) + " rays for a cell, expected 8 to 4096");
+  return done();
+}
+
+Status checkLiveFrame(const LiveFrame& frame) {
+  if (!isRadiance(frame.emissionScale)) return usage("emissionScale has a channel outside of 0 to 1e9");
+  if (!(frame.bounceScale >= 0.0f && frame.bounceScale <= 1.0f)) return usage("bounceScale is outside of 0 to 1");
+  if (!(frame.keep >= 0.0f && frame.keep < 1.0f)) return usage("keep is outside of 0 to 1, 1 not included");
+  if (!isRadiance(frame.sky.radiance)) return usage("the sky's radiance has a channel outside of 0 to 1e9");
+  if (frame.sky.map.empty()) return done();
+  if (frame.sky.map.size() != std::size_t{frame.sky.side} * frame.sky.side)
+    return usage("the sky's map has " + std::to_string(frame.sky.map.size()) +
+                 " texels, expected the square of its side, " + std::to_string(frame.sky.side));
+  for (std::size_t i = 0; i < frame.sky.map.size(); ++i) {
+    if (!isRadiance(frame.sky.map[i]))
+      return usage("texel " + std::to_string(i) + " of the sky's map has a channel outside of 0 to 1e9");
+  }
+  return done();
+}
+
+LiveRays liveRays(std::uint32_t count, const LiveFrame& frame) {
+  LiveRays rays{std::vector<glm::vec3>(count), std::vector<glm::vec3>(count)};
+  const glm::mat3 turn = turnOfSet(frame.raySet);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    rays.direction[i] = glm::normalize(turn * spherePoint(i, count));
+    rays.sky[i] = skyAlong(frame.sky, rays.direction[i]);
+  }
+  return rays;
+}
+
+}  // namespace relume

@@ -1,0 +1,483 @@
+// SPDX-License-Identifier: MIT
+// See live_light_gl.h.
+#include "runtime/live_gl/live_light_gl.h"
+
+#include "runtime/check_setup.h"
+#include "runtime/gl/plan_objects.h"
+#include "runtime/gl/program.h"
+#include "runtime/gl/saved_state.h"
+#include "runtime/gl/timer.h"
+#include "runtime/live/cell_texels.h"
+#include "runtime/live_gl/live_objects.h"
+#include "runtime/passes/pack_lights.h"
+#include "runtime/shared/stopwatch.h"
+
+#include <glm/vec4.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <memory_resource>
+#include <new>
+
+namespace relume {
+namespace {
+
+using gl::GrowingBuffer, gl::GrowingRows;
+
+constexpr std::uint32_t kTexels = 7, kBasis = 9;  // of a cache; of a channel
+constexpr int kParallelLanes = 32;
+
+Error noMemory() { return {ErrorCode::memory, "live light: memory ran out; fewer cells take less"}; }
+
+std::uint32_t rowsOf(std::size_t items, std::uint32_t aRow) {
+  return static_cast<std::uint32_t>((items + aRow - 1) / aRow);
+}
+
+// A voxel's place, 10 bits each.
+std::uint32_t packVoxel(const glm::ivec3& v) {
+  return static_cast<std::uint32_t>(v.x) | static_cast<std::uint32_t>(v.y) << 10 |
+         static_cast<std::uint32_t>(v.z) << 20;
+}
+
+// What shaders read of one layer's sides and voxels (shaders/shared/layout.h).
+struct PackedLayer {
+  std::vector<glm::vec4> sides;                    // three a side
+  std::vector<glm::uvec2> voxels;                  // a voxel
+  std::vector<std::array<glm::uvec2, 4>> samples;  // a side
+
+  PackedLayer(const VolumeGrid& grid, const VoxelLayer& layer) {
+    sides.reserve(3 * layer.side.size());
+    samples.reserve(layer.side.size());
+    for (const VoxelSide& side : layer.side) {
+      sides.emplace_back(grid.toGrid(side.positionWorld), side.albedo.x);
+      sides.emplace_back(side.normal, side.albedo.y);
+      sides.emplace_back(side.emission, side.albedo.z);
+      std::array<glm::uvec2, 4>& to = samples.emplace_back();
+      for (std::size_t k = 0; k < 4; ++k) to[k] = packSample(side.sample[k]);
+    }
+    voxels.reserve(layer.kept);
+    for (std::uint32_t v = 0; v < layer.kept; ++v)
+      voxels.emplace_back(packAxis(layer.axis[v]), packVoxel(layer.voxel[v]));
+  }
+
+  static glm::uvec2 packSample(const SideSample& sample) {
+    const auto byte = [](std::int8_t v) { return std::uint32_t{static_cast<std::uint8_t>(v)}; };
+    return {
+        byte(sample.place[0]) | byte(sample.place[1]) << 8 | byte(sample.place[2]) << 16 | byte(sample.normal[0]) << 24,
+        byte(sample.normal[1]) | byte(sample.normal[2]) << 8 | std::uint32_t{sample.count} << 16};
+  }
+  // As VoxelRadiance::axis, 128 added.
+  static std::uint32_t packAxis(const glm::vec3& axis) {
+    const auto byte = [](float v) {
+      return static_cast<std::uint32_t>(static_cast<int>(std::floor(127.0f * v + 0.5f)) + 128);
+    };
+    return byte(axis.x) << 16 | byte(axis.y) << 8 | byte(axis.z);
+  }
+};
+
+}  // namespace
+
+struct LiveLightGl::State {
+  State(const gl::Functions& functions, const LiveOptions& live, gpu::GroupThreads groups)
+      : gl_(functions), options(live), lanes(groups == gpu::GroupThreads::serial ? 1 : kParallelLanes) {}
+
+  Status compile(const std::string& visibilityGlsl);
+  Status follow(const VoxelVolume& volume);
+  Status checkSize(const VoxelVolume& volume) const;
+  Status checkMemory(std::size_t sides, std::size_t caches) const;
+  void carry(const CellSet& next, const std::vector<std::uint32_t>& from);
+  void writeSides(const VoxelVolume& volume, bool hasStanding);
+  void findStencils();
+  void reflect(const LiveFrame& frame);
+  void gather(const LiveFrame& frame);
+  std::vector<glm::vec4> readLight() const;
+
+  void set(const gl::Program& program, const char* name, std::uint32_t value) const {
+    gl_.ProgramUniform1ui(program.get(), gl_.GetUniformLocation(program.get(), name), value);
+  }
+  void set(const gl::Program& program, const char* name, float value) const {
+    gl_.ProgramUniform1f(program.get(), gl_.GetUniformLocation(program.get(), name), value);
+  }
+  void set(const gl::Program& program, const char* name, const glm::vec3& v) const {
+    gl_.ProgramUniform3f(program.get(), gl_.GetUniformLocation(program.get(), name), v.x, v.y, v.z);
+  }
+  void setGrid(GLuint program) const {
+    const VolumeGrid& grid = cells.grid;
+    const glm::vec3& o = grid.originWorld;
+    const glm::uvec3 size(grid.cells);
+    gl_.ProgramUniform3f(program, gl_.GetUniformLocation(program, "relumeLiveOrigin"), o.x, o.y, o.z);
+    gl_.ProgramUniform1f(program, gl_.GetUniformLocation(program, "relumeLiveVoxel"), follows ? grid.voxel : 0.0f);
+    gl_.ProgramUniform3ui(program, gl_.GetUniformLocation(program, "relumeLiveSize"), size.x, size.y, size.z);
+  }
+  // A thread for each side.
+  void overSides(const gl::Program& program) const {
+    set(program, "relumeLiveSides", sides);
+    gl_.UseProgram(program.get());
+    const std::uint32_t groups = rowsOf(sides, RELUME_LIVE_GROUP);
+    if (groups > 0)
+      gl_.DispatchCompute(std::min<std::uint32_t>(groups, RELUME_LIVE_MAX_GROUPS),
+                         rowsOf(groups, RELUME_LIVE_MAX_GROUPS), 1);
+  }
+  void waitForAll() const {
+    gl_.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                     GL_TEXTURE_UPDATE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+  }
+
+  gl::Functions gl_;  // before all that deletes by it
+  LiveOptions options;
+  int lanes;
+  gl::Program stencilProgram, directProgram, reflectProgram, gatherProgram, carryProgram;
+  CellSet cells;
+  bool follows = false;  // a volume
+  std::uint64_t standingVersion = 0, movingVersion = 0;
+  std::uint32_t sides = 0, standingKept = 0;
+  bool moves = false;
+
+  gl::CellTexture cellTexture{gl_}, movingTexture{gl_};
+  GrowingRows planes{gl_, gl::kBytes, RELUME_LIVE_PLANES_A_ROW};
+  GrowingRows light{gl_, gl::kFloats, kTexels*RELUME_LIVE_CACHES_A_ROW},
+      otherLight{gl_, gl::kFloats, kTexels*RELUME_LIVE_CACHES_A_ROW};
+  GrowingRows radiance{gl_, gl::kFloats, RELUME_LIVE_SIDES_A_ROW};
+  GrowingRows rays{gl_, gl::kFloats, options.raysPerCell};
+  GrowingBuffer sideBuffer{gl_}, stencils{gl_}, voxelBuffer{gl_}, direct{gl_}, samples{gl_}, lights{gl_}, cacheVoxels{gl_},
+      carried{gl_};
+  gl::FrameTimer<1> directTimer{gl_};
+  gl::FrameTimer<2> timer{gl_};
+  double cellsMs = 0.0;
+  std::pmr::vector<Light> normalised;
+  std::pmr::vector<gl::RelumeLight> packedLights;
+};
+
+Status LiveLightGl::State::compile(const std::string& visibilityGlsl) {
+  const std::array<std::pair<std::string, std::string>, 1> lanesDefine{{{"RELUME_LANES", std::to_string(lanes)}}};
+  const auto make = [&](gl::Program& program, const char* path, std::string_view visibility = {}) -> Status {
+    Result<gl::Program> made = gl::makeComputeProgram(gl_, path, lanesDefine, visibility);
+    if (!made) return made.error();
+    program = std::move(*made);
+    return done();
+  };
+  if (Status ok = make(stencilProgram, "live_stencils.comp"); !ok) return ok;
+  if (Status ok = make(directProgram, "live_direct.comp", visibilityGlsl); !ok) return ok;
+  if (Status ok = make(reflectProgram, "live_reflect.comp"); !ok) return ok;
+  if (Status ok = make(gatherProgram, "live_gather.comp"); !ok) return ok;
+  return make(carryProgram, "live_carry.comp");
+}
+
+// Whether the volume fits into OpenGL's buffers and textures.
+Status LiveLightGl::State::checkSize(const VoxelVolume& volume) const {
+  const GpuDevice device = gl::deviceOf(gl_, gpu::GroupThreads::parallel);
+  const std::size_t bytes = 3 * sizeof(glm::vec4) * volume.sideCount();
+  if (bytes > device.storageBytes || rowsOf(volume.sideCount(), RELUME_LIVE_SIDES_A_ROW) >= device.imageSide)
+    return Error{ErrorCode::unsupported, "live light: " + std::to_string(volume.sideCount() / 2) +
+                                             " voxels are more than this OpenGL's buffers hold; use fewer cells"};
+  const auto side =
+      static_cast<std::uint32_t>(std::max({volume.grid().cells.x, volume.grid().cells.y, volume.grid().cells.z}));
+  if (side > device.volumeSide || device.imageSide < 2 * RELUME_LIVE_PLANES_A_ROW)
+    return Error{ErrorCode::unsupported, "live light: this OpenGL's textures are too small for " +
+                                             std::to_string(side) + " cells along a side"};
+  return done();
+}
+
+// Caches that stand in other slots keep their light: into the other texture, which takes this one's place.
+void LiveLightGl::State::carry(const CellSet& next, const std::vector<std::uint32_t>& from) {
+  std::vector<std::uint32_t> voxel(next.position.size());
+  for (std::size_t i = 0; i < voxel.size(); ++i) voxel[i] = packVoxel(glm::ivec3(glm::floor(next.position[i])));
+  cacheVoxels.reserve(4 * voxel.size());
+  cacheVoxels.write(0, gl::bytesOf(voxel));
+  carried.reserve(4 * from.size());
+  carried.write(0, gl::bytesOf(from));
+  light.reserve(1);
+  otherLight.reserve(rowsOf(from.size(), RELUME_LIVE_CACHES_A_ROW));
+  carried.bind(RELUME_LIVE_SLOT_CARRY);
+  light.bind(RELUME_LIVE_UNIT_LIGHT);
+  otherLight.bindImage(0, GL_WRITE_ONLY);
+  const auto count = static_cast<std::uint32_t>(from.size());
+  set(carryProgram, "relumeLiveCaches", count);
+  gl_.UseProgram(carryProgram.get());
+  if (count > 0) gl_.DispatchCompute(rowsOf(count, RELUME_LIVE_GROUP), 1, 1);
+  std::swap(light, otherLight);
+  otherLight.reserve(rowsOf(from.size(), RELUME_LIVE_CACHES_A_ROW));  // for the next time
+}
+
+// What shaders read of the volume. hasStanding: the buffers have what stands already.
+void LiveLightGl::State::writeSides(const VoxelVolume& volume, bool hasStanding) {
+  const VolumeGrid& grid = volume.grid();
+  const std::size_t standing = volume.standingSides(), all = volume.sideCount();
+  const bool grown = sideBuffer.reserve(48 * all) | samples.reserve(32 * all) | voxelBuffer.reserve(4 * all) |
+                     direct.reserve(16 * all) | stencils.reserve(20 * all);
+  radiance.reserve(rowsOf(all, RELUME_LIVE_SIDES_A_ROW));
+  const auto write = [&](const VoxelLayer& layer, std::size_t first) {
+    const PackedLayer packed(grid, layer);
+    sideBuffer.write(48 * first, gl::bytesOf(packed.sides));
+    samples.write(32 * first, gl::bytesOf(packed.samples));
+    voxelBuffer.write(4 * first, gl::bytesOf(packed.voxels));
+  };
+  if (grown || !hasStanding) {
+    write(volume.standing(), 0);
+    direct.clear();
+  } else {
+    const std::vector<glm::vec4> dark(all - standing, glm::vec4(0.0f));
+    direct.write(16 * standing, gl::bytesOf(dark));
+  }
+  write(volume.moving(), standing);
+
+  const VoxelLayer& moving = volume.moving();
+  std::vector<glm::uvec4> texels(grid.cellCount());
+  for (std::size_t c = 0; c < texels.size() && moving.occupied > 0; ++c) {
+    const std::uint64_t bits = moving.bits[c];
+    texels[c] = {static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(bits >> 32),
+                 moving.first[c] + volume.standing().kept, 0};
+  }
+  movingTexture.write(grid.cells.x, grid.cells.y, grid.cells.z, texels.data());
+}
+
+void LiveLightGl::State::findStencils() {
+  cellTexture.bind(RELUME_LIVE_UNIT_CELLS);
+  planes.bind(RELUME_LIVE_UNIT_PLANES);
+  sideBuffer.bind(RELUME_LIVE_SLOT_SIDES);
+  stencils.bind(RELUME_LIVE_SLOT_STENCILS);
+  setGrid(stencilProgram.get());
+  overSides(stencilProgram);
+}
+
+// Take over what has changed of the volume, as LiveLight::follow().
+Status LiveLightGl::State::follow(const VoxelVolume& volume) {
+  const bool stood = follows && volume.standingVersion() == standingVersion;
+  if (stood && volume.movingVersion() == movingVersion) return done();
+  if (Status ok = checkSize(volume); !ok) return ok;
+  const bool isSame = follows && cells.grid.cells == volume.grid().cells &&
+                      cells.grid.originWorld == volume.grid().originWorld && cells.grid.voxel == volume.grid().voxel;
+  CellSet next = findCells(volume);
+  std::vector<std::uint32_t> from(next.active.size(), kInactive);
+  for (std::size_t i = 0; i < from.size() && isSame; ++i) from[i] = cells.slot[next.active[i]];
+  const std::vector<glm::uvec4> texels = cellTexels(next);
+  while (gl_.GetError() != GL_NO_ERROR) {
+  }
+  // All memory first: what is refused for want of it leaves light and volume as they were, but for their room.
+  carry(next, from);
+  planes.reserve(rowsOf(next.plane.size(), RELUME_LIVE_PLANES_A_ROW));
+  planes.write(gl::bytesOf(next.plane));
+  cellTexture.write(next.grid.cells.x, next.grid.cells.y, next.grid.cells.z, texels.data());
+  cells = std::move(next);
+  sides = volume.sideCount();
+  standingKept = volume.standing().kept;
+  moves = volume.moving().occupied > 0;
+  writeSides(volume, stood);
+  standingVersion = volume.standingVersion();
+  movingVersion = volume.movingVersion();
+  follows = true;
+  waitForAll();
+  findStencils();
+  waitForAll();
+  if (gl_.GetError() == GL_OUT_OF_MEMORY) {
+    follows = false;
+    return Error{ErrorCode::unsupported, "live light: this OpenGL has not enough memory for " +
+                                             std::to_string(sides / 2) + " voxels and " +
+                                             std::to_string(cells.active.size()) + " caches"};
+  }
+  return done();
+}
+
+// Radiance of the sides, with last frame's caches.
+void LiveLightGl::State::reflect(const LiveFrame& frame) {
+  cellTexture.bind(RELUME_LIVE_UNIT_CELLS);
+  light.bind(RELUME_LIVE_UNIT_LIGHT);
+  radiance.bindImage(0, GL_WRITE_ONLY);
+  sideBuffer.bind(RELUME_LIVE_SLOT_SIDES);
+  stencils.bind(RELUME_LIVE_SLOT_STENCILS);
+  voxelBuffer.bind(RELUME_LIVE_SLOT_VOXELS);
+  direct.bind(RELUME_LIVE_SLOT_DIRECT);
+  set(reflectProgram, "relumeBounceScale", frame.bounceScale);
+  set(reflectProgram, "relumeEmissionScale", frame.emissionScale);
+  overSides(reflectProgram);
+}
+
+void LiveLightGl::State::gather(const LiveFrame& frame) {
+  const LiveRays found = liveRays(options.raysPerCell, frame);
+  std::vector<glm::vec4> texels;
+  texels.reserve(2 * found.direction.size());
+  for (const glm::vec3& d : found.direction) texels.emplace_back(d, 0.0f);
+  for (const glm::vec3& sky : found.sky) texels.emplace_back(sky, 0.0f);
+  rays.reserve(2);
+  rays.write(gl::bytesOf(texels));
+  cellTexture.bind(RELUME_LIVE_UNIT_CELLS);
+  movingTexture.bind(RELUME_LIVE_UNIT_MOVING);
+  rays.bind(RELUME_LIVE_UNIT_RAYS);
+  radiance.bind(RELUME_LIVE_UNIT_RADIANCE);
+  light.bindImage(0, GL_READ_WRITE);
+  cacheVoxels.bind(RELUME_LIVE_SLOT_CACHES);
+  const auto caches = static_cast<std::uint32_t>(cells.active.size());
+  setGrid(gatherProgram.get());
+  set(gatherProgram, "relumeLiveCaches", caches);
+  set(gatherProgram, "relumeLiveRayCount", options.raysPerCell);
+  set(gatherProgram, "relumeLiveMoves", moves ? 1u : 0u);
+  gl_.ProgramUniform2ui(gatherProgram.get(), gl_.GetUniformLocation(gatherProgram.get(), "relumeLiveKept"), standingKept,
+                       sides / 2);
+  set(gatherProgram, "relumeLiveKeep", frame.keep);
+  gl_.UseProgram(gatherProgram.get());
+  if (caches > 0) gl_.DispatchCompute(rowsOf(caches, RELUME_LIVE_GROUP / static_cast<std::uint32_t>(lanes)), 1, 1);
+}
+
+Result<LiveLightGl> LiveLightGl::create(const LiveLightGlOptions& options) {
+  if (Status ok = checkLiveOptions(options.live); !ok) return ok.error();
+  const Result<gl::Functions> functions = gl::loadFunctions(options.getProcAddress);
+  if (!functions) return functions.error();
+  const gpu::GroupThreads groups =
+      options.groups ? *options.groups
+                     : gl::groupThreadsOf(reinterpret_cast<const char*>(functions->GetString(GL_RENDERER)));
+  const gl::SavedState saved(*functions);
+  auto state = std::make_unique<State>(*functions, options.live, groups);
+  if (Status ok = state->compile(options.visibilityGlsl); !ok) return ok.error();
+  return LiveLightGl(std::move(state));
+}
+
+LiveLightGl::LiveLightGl(std::unique_ptr<State> state) : state_(std::move(state)) {}
+LiveLightGl::LiveLightGl(LiveLightGl&&) noexcept = default;
+LiveLightGl& LiveLightGl::operator=(LiveLightGl&&) noexcept = default;
+LiveLightGl::~LiveLightGl() = default;
+
+Status LiveLightGl::lightDirectly(const VoxelVolume& volume, const LightSetup& setup) {
+  LightSetup punctual;
+  punctual.lights = setup.lights;
+  if (Status ok = checkSetup(punctual, 0, 0); !ok) return ok;
+  State& s = *state_;
+  try {
+    normaliseLights(setup.lights, s.normalised);
+    gpu::packLights(s.normalised, s.packedLights);
+    const gl::SavedState saved(s.gl_);
+    if (Status ok = s.follow(volume); !ok) return ok;
+    s.lights.reserve(s.packedLights.size() * sizeof(gl::RelumeLight));
+    s.lights.write(0, gl::bytesOf(s.packedLights));
+    s.samples.bind(RELUME_LIVE_SLOT_SAMPLES);
+    s.voxelBuffer.bind(RELUME_LIVE_SLOT_VOXELS);
+    s.lights.bind(RELUME_LIVE_SLOT_LIGHTS);
+    s.direct.bind(RELUME_LIVE_SLOT_DIRECT);
+    s.setGrid(s.directProgram.get());
+    s.set(s.directProgram, "relumeLightCount", static_cast<std::uint32_t>(s.packedLights.size()));
+    s.directTimer.mark(0);
+    s.overSides(s.directProgram);
+    s.directTimer.mark(1);
+    s.directTimer.endFrame();
+    s.waitForAll();
+  } catch (const std::bad_alloc&) {
+    return noMemory();
+  }
+  return done();
+}
+
+Status LiveLightGl::copyDirect(const VoxelVolume& volume) {
+  State& s = *state_;
+  try {
+    const gl::SavedState saved(s.gl_);
+    if (Status ok = s.follow(volume); !ok) return ok;
+    std::vector<glm::vec4> light;
+    light.reserve(volume.direct().size());
+    for (const glm::vec3& e : volume.direct()) light.emplace_back(e, 0.0f);
+    s.direct.write(0, gl::bytesOf(light));
+  } catch (const std::bad_alloc&) {
+    return noMemory();
+  }
+  return done();
+}
+
+Status LiveLightGl::update(const VoxelVolume& volume, const LiveFrame& frame) {
+  if (Status ok = checkLiveFrame(frame); !ok) return ok;
+  State& s = *state_;
+  try {
+    const gl::SavedState saved(s.gl_);
+    Stopwatch watch;
+    if (Status ok = s.follow(volume); !ok) return ok;
+    s.cellsMs = watch.lap();
+    s.timer.mark(0);
+    if (!frame.freezeVoxels) s.reflect(frame);
+    s.waitForAll();
+    s.timer.mark(1);
+    s.gather(frame);
+    s.waitForAll();
+    s.timer.mark(2);
+    s.timer.endFrame();
+  } catch (const std::bad_alloc&) {
+    return noMemory();
+  }
+  return done();
+}
+
+void LiveLightGl::reset() {
+  const gl::SavedState saved(state_->gl_);
+  const std::vector<std::uint32_t> from(state_->cells.active.size(), kInactive);
+  state_->carry(state_->cells, from);
+  state_->waitForAll();
+}
+
+std::uint32_t LiveLightGl::directProgram() const { return state_->directProgram.get(); }
+
+Result<std::string> LiveLightGl::glsl() { return expandShader("live_resolve.glsl", {}); }
+
+void LiveLightGl::setUniforms(std::uint32_t program) const { state_->setGrid(program); }
+
+void LiveLightGl::bind() const {
+  if (!state_->follows) return;
+  state_->cellTexture.bind(RELUME_LIVE_UNIT_CELLS);
+  state_->planes.bind(RELUME_LIVE_UNIT_PLANES);
+  state_->light.bind(RELUME_LIVE_UNIT_LIGHT);
+  state_->gl_.ActiveTexture(GL_TEXTURE0);
+}
+
+std::uint32_t LiveLightGl::activeCells() const { return static_cast<std::uint32_t>(state_->cells.active.size()); }
+
+// All texels of all rows.
+std::vector<glm::vec4> LiveLightGl::State::readLight() const {
+  const gl::SavedState saved(gl_);
+  std::vector<glm::vec4> texels(std::size_t{light.rows()} * kTexels * RELUME_LIVE_CACHES_A_ROW);
+  if (texels.empty()) return texels;
+  light.bind(RELUME_LIVE_UNIT_LIGHT);
+  gl_.GetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, texels.data());
+  return texels;
+}
+
+std::vector<float> LiveLightGl::coefficients() const {
+  const std::vector<glm::vec4> texels = state_->readLight();
+  std::vector<float> found(std::size_t{3 * kBasis} * activeCells());
+  for (std::size_t i = 0; i < activeCells(); ++i) {
+    const float* const from = &texels[kTexels * i].x;
+    for (std::size_t k = 0; k < kBasis; ++k) {
+      for (std::size_t c = 0; c < 3; ++c) found[3 * kBasis * i + kBasis * c + k] = from[3 * k + c];
+    }
+  }
+  return found;
+}
+
+std::vector<float> LiveLightGl::brightest() const {
+  const std::vector<glm::vec4> texels = state_->readLight();
+  std::vector<float> found(activeCells());
+  for (std::size_t i = 0; i < found.size(); ++i) found[i] = std::max(texels[kTexels * i + kTexels - 1].w, 0.0f);
+  return found;
+}
+
+std::vector<glm::vec3> LiveLightGl::radiance() const {
+  const gl::SavedState saved(state_->gl_);
+  std::vector<glm::vec4> texels(std::size_t{state_->radiance.rows()} * RELUME_LIVE_SIDES_A_ROW);
+  if (!texels.empty()) {
+    state_->radiance.bind(RELUME_LIVE_UNIT_LIGHT);
+    state_->gl_.GetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, texels.data());
+  }
+  return {texels.begin(), texels.begin() + static_cast<std::ptrdiff_t>(state_->sides)};
+}
+
+std::vector<PassTime> LiveLightGl::passTimes() const {
+  const auto& ms = state_->timer.passMs();
+  return {
+      {"cells", state_->cellsMs}, {"direct", state_->directTimer.passMs()[0]}, {"bounce", ms[0]}, {"gather", ms[1]}};
+}
+
+std::vector<std::pair<std::string, std::size_t>> LiveLightGl::bufferSizes() const {
+  const State& s = *state_;
+  return {{"cells", s.cellTexture.bytes() + s.movingTexture.bytes() + s.planes.bytes() + s.cacheVoxels.bytes() +
+                        s.carried.bytes()},
+          {"cell light", s.light.bytes() + s.otherLight.bytes() + s.rays.bytes()},
+          {"voxel sides", s.sideBuffer.bytes() + s.samples.bytes() + s.voxelBuffer.bytes()},
+          {"voxel light", s.direct.bytes() + s.radiance.bytes() + s.lights.bytes()},
+          {"side stencils", s.stencils.bytes()}};
+}
+
+}  // namespace relume

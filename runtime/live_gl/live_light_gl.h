@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+// Light without a bake in OpenGL 4.3: the passes of LiveLight (runtime/live/live_light.h), each of which a test
+// compares with its twin there. Voxels are found on the CPU (runtime/voxels/voxel_volume.h); from then on light stays
+// on the GPU:
+//
+//   lightDirectly()  direct light of each side, shadows by the host's GLSL; or copyDirect(): as the CPU found it
+//   update()         radiance of all sides with last frame's bounces, and all caches gathered anew
+//   glsl(), bind()   light at a place for a shader of the host's
+//
+// Frames make no OpenGL object unless the volume has changed. Bindings that a call uses are put back
+// (runtime/gl/saved_state.h). The context that was current in create() is current in every other call, and when it
+// dies.
+#pragma once
+
+#include "relume/lights.h"
+#include "relume/relighter.h"
+#include "relume/result.h"
+#include "runtime/live/cell_set.h"
+#include "runtime/live/live_frame.h"
+#include "runtime/passes/programs.h"
+#include "runtime/voxels/voxel_volume.h"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace relume {
+
+struct LiveLightGlOptions {
+  LiveOptions live;
+  GetProcAddress getProcAddress;  // of the context that is current
+  // float relumeVisibility(uint light, vec3 positionWorld, vec3 normal), as RelightOptions has it; empty = no shadows.
+  std::string visibilityGlsl;
+  std::optional<gpu::GroupThreads> groups;  // what work groups are to suit; nothing = the driver
+};
+
+class LiveLightGl {
+ public:
+  // Errors of checkLiveOptions(); usage: getProcAddress is empty; unsupported: no OpenGL 4.3; failed: a shader's log.
+  static Result<LiveLightGl> create(const LiveLightGlOptions& options);
+  LiveLightGl(LiveLightGl&&) noexcept;
+  LiveLightGl& operator=(LiveLightGl&&) noexcept;
+  ~LiveLightGl();
+
+  // Direct light of each side; to be found again whenever the volume has changed. Of the setup its lights count. usage: as Relighter::check(); unsupported: more voxels
+  // than OpenGL's buffers hold; memory. What is refused leaves last frame's light, here and below.
+  [[nodiscard]] Status lightDirectly(const VoxelVolume& volume, const LightSetup& setup);
+  // The same as VoxelVolume::lightDirectly() has found it.
+  [[nodiscard]] Status copyDirect(const VoxelVolume& volume);
+  // A frame, as LiveLight::update(). Errors of checkLiveFrame(), and as above.
+  [[nodiscard]] Status update(const VoxelVolume& volume, const LiveFrame& frame);
+  // No light, as before the first frame.
+  void reset();
+
+  // The program whose uniforms visibilityGlsl reads.
+  std::uint32_t directProgram() const;
+  // Text for a shader of the host's: relumeLiveIrradiance() and relumeLiveGlossy() (shaders/live_resolve.glsl).
+  // setUniforms() and bind(), which leaves its textures bound to units 12 to 14, go before a draw with it.
+  static Result<std::string> glsl();
+  void setUniforms(std::uint32_t program) const;
+  void bind() const;
+
+  std::uint32_t activeCells() const;
+  // Read back, as LiveLight::coefficients() and brightest() have them. Waits for the GPU.
+  std::vector<float> coefficients() const;
+  std::vector<float> brightest() const;
+  // Radiance [W/m²/sr] of the sides, read back.
+  std::vector<glm::vec3> radiance() const;
+  // Of the last frame that the GPU has finished; "cells" on the CPU.
+  std::vector<PassTime> passTimes() const;
+  std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
+
+ private:
+  struct State;
+  explicit LiveLightGl(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace relume

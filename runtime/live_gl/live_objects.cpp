@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+// See live_objects.h.
+#include "runtime/live_gl/live_objects.h"
+
+#include "runtime/gl/plan_objects.h"
+#include "shaders/shared/layout.h"
+
+#include <algorithm>
+
+namespace relume::gl {
+namespace {
+
+Texture makeTexture(const Functions& gl, GLenum target) {
+  GLuint name = 0;
+  gl.GenTextures(1, &name);
+  Texture texture(gl, name);
+  gl.ActiveTexture(GL_TEXTURE0 + RELUME_LIVE_UNIT_CELLS);
+  gl.BindTexture(target, name);
+  gl.TexParameteri(target, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  gl.TexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  return texture;
+}
+
+}  // namespace
+
+bool GrowingBuffer::reserve(std::size_t wanted) {
+  constexpr std::size_t kLeast = 256;
+  if (bytes() >= std::max(wanted, kLeast)) return false;
+  // A quarter more, so that what moves does not ask again each frame; whole words.
+  buffer_ = makeBuffer(*gl_, {}, std::max(wanted + wanted / 4, kLeast) / 16 * 16 + 16, GL_DYNAMIC_DRAW);
+  return true;
+}
+
+void GrowingBuffer::write(std::size_t begin, std::span<const std::byte> data) {
+  if (data.empty()) return;
+  gl_->BindBuffer(GL_COPY_WRITE_BUFFER, name());
+  gl_->BufferSubData(GL_COPY_WRITE_BUFFER, static_cast<GLintptr>(begin), static_cast<GLsizeiptr>(data.size()),
+                     data.data());
+}
+
+void GrowingBuffer::clear() {
+  gl_->BindBuffer(GL_COPY_WRITE_BUFFER, name());
+  gl_->ClearBufferData(GL_COPY_WRITE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
+}
+
+void GrowingBuffer::bind(GLuint slot) const { gl_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, slot, name()); }
+
+bool GrowingRows::reserve(std::uint32_t wanted) {
+  if (rows_ >= std::max(wanted, 1u)) return false;
+  texture_ = makeTexture(*gl_, GL_TEXTURE_2D);
+  rows_ = wanted + wanted / 4 + 1;
+  gl_->TexStorage2D(GL_TEXTURE_2D, 1, format_.stored, static_cast<GLsizei>(width_), static_cast<GLsizei>(rows_));
+  return true;
+}
+
+void GrowingRows::write(std::span<const std::byte> texels) {
+  const std::size_t row = format_.bytes * width_, full = texels.size() / row;
+  const std::size_t rest = (texels.size() - row * full) / format_.bytes;
+  bind(RELUME_LIVE_UNIT_CELLS);
+  if (full > 0)
+    gl_->TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, static_cast<GLsizei>(width_), static_cast<GLsizei>(full), format_.layout,
+                       format_.type, texels.data());
+  if (rest > 0)
+    gl_->TexSubImage2D(GL_TEXTURE_2D, 0, 0, static_cast<GLint>(full), static_cast<GLsizei>(rest), 1, format_.layout,
+                       format_.type, texels.data() + row * full);
+}
+
+void GrowingRows::bind(GLuint unit) const {
+  gl_->ActiveTexture(GL_TEXTURE0 + unit);
+  gl_->BindTexture(GL_TEXTURE_2D, name());
+}
+
+void GrowingRows::bindImage(GLuint unit, GLenum access) const {
+  gl_->BindImageTexture(unit, name(), 0, GL_FALSE, 0, access, format_.stored);
+}
+
+void CellTexture::write(int x, int y, int z, const void* words) {
+  if (x != x_ || y != y_ || z != z_) {
+    texture_ = makeTexture(*gl_, GL_TEXTURE_3D);
+    gl_->TexStorage3D(GL_TEXTURE_3D, 1, kWords.stored, x, y, z);
+    x_ = x;
+    y_ = y;
+    z_ = z;
+    cells_ = static_cast<std::size_t>(x) * static_cast<std::size_t>(y) * static_cast<std::size_t>(z);
+  }
+  bind(RELUME_LIVE_UNIT_CELLS);
+  gl_->TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, 0, x, y, z, kWords.layout, kWords.type, words);
+}
+
+void CellTexture::bind(GLuint unit) const {
+  gl_->ActiveTexture(GL_TEXTURE0 + unit);
+  gl_->BindTexture(GL_TEXTURE_3D, name());
+}
+
+}  // namespace relume::gl

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+// Buffers and textures that grow with a level's voxels and caches, and are kept from frame to frame.
+#pragma once
+
+#include "runtime/gl/handle.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace relume::gl {
+
+// A storage buffer with room for more than it holds.
+class GrowingBuffer {
+ public:
+  explicit GrowingBuffer(const Functions& gl) : gl_(&gl) {}
+  // Room for so many bytes. True where there was none: what it held is gone, and all is zero.
+  bool reserve(std::size_t bytes);
+  // [begin + data within what was reserved]
+  void write(std::size_t begin, std::span<const std::byte> data);
+  void clear();
+  void bind(GLuint slot) const;
+  GLuint name() const { return buffer_.get(); }
+  std::size_t bytes() const { return static_cast<std::size_t>(buffer_.bytes); }
+
+ private:
+  const Functions* gl_;
+  Buffer buffer_;
+};
+
+// How a texture's texels are stored and handed over.
+struct TexelFormat {
+  GLenum stored, layout, type;
+  std::size_t bytes;
+};
+inline constexpr TexelFormat kFloats{GL_RGBA32F, GL_RGBA, GL_FLOAT, 16};
+inline constexpr TexelFormat kWords{GL_RGBA32UI, GL_RGBA_INTEGER, GL_UNSIGNED_INT, 16};
+inline constexpr TexelFormat kBytes{GL_RGBA8I, GL_RGBA_INTEGER, GL_BYTE, 4};
+
+// Rows of texels that are read by their number alone, with room for more rows than are needed.
+class GrowingRows {
+ public:
+  GrowingRows(const Functions& gl, TexelFormat format, std::uint32_t width)
+      : gl_(&gl), format_(format), width_(width) {}
+  // Room for so many rows, one at least. True where there was none: what it held is gone. State must be saved, here and
+  // below; unit 12 is used.
+  bool reserve(std::uint32_t rows);
+  // Texels of the first rows. The last one may be in part.
+  void write(std::span<const std::byte> texels);
+  void bind(GLuint unit) const;
+  void bindImage(GLuint unit, GLenum access) const;
+  GLuint name() const { return texture_.get(); }
+  std::uint32_t rows() const { return rows_; }
+  std::size_t bytes() const { return format_.bytes * width_ * rows_; }
+
+ private:
+  const Functions* gl_;
+  TexelFormat format_;
+  std::uint32_t width_, rows_ = 0;
+  Texture texture_;
+};
+
+// Four words a cell.
+class CellTexture {
+ public:
+  explicit CellTexture(const Functions& gl) : gl_(&gl) {}
+  void write(int x, int y, int z, const void* words);
+  void bind(GLuint unit) const;
+  GLuint name() const { return texture_.get(); }
+  std::size_t bytes() const { return kWords.bytes * cells_; }
+
+ private:
+  const Functions* gl_;
+  int x_ = 0, y_ = 0, z_ = 0;
+  std::size_t cells_ = 0;
+  Texture texture_;
+};
+
+template <class T>
+std::span<const std::byte> bytesOf(const T& array) {
+  return std::as_bytes(std::span(array.data(), array.size()));
+}
+
+}  // namespace relume::gl

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// The voxel volume of light without a bake: a brick of 4 x 4 x 4 bits a cell (runtime/voxels/voxel_grid.h).
+//
+// relumeLiveCells: bits of standing voxels in x and y; the number of the first of them; the cell's cache, 64 times its
+// slot and the voxel that it stands in, kRelumeLiveNone = none.
+layout(binding = RELUME_LIVE_UNIT_CELLS) uniform usampler3D relumeLiveCells;
+uniform vec3 relumeLiveOrigin;  // [m] the corner of voxel (0, 0, 0)
+uniform float relumeLiveVoxel;  // [m] edge; 0 = there is no light yet
+uniform uvec3 relumeLiveSize;   // cells
+
+const uint kRelumeLiveNone = 0xFFFFFFFFu;
+
+bool relumeLiveHolds(ivec3 v) {
+  return all(greaterThanEqual(v, ivec3(0))) && all(lessThan(v, 4 * ivec3(relumeLiveSize)));
+}
+
+uint relumeLiveBit(ivec3 v) { return uint((v.x & 3) | (v.y & 3) << 2 | (v.z & 3) << 4); }
+
+bool relumeLiveIsSet(uvec2 bits, uint bit) { return ((bit < 32u ? bits.x : bits.y) >> (bit & 31u) & 1u) != 0u; }
+
+uint relumeLiveCountBefore(uvec2 bits, uint bit) {
+  uvec2 below = bit < 32u ? uvec2((1u << bit) - 1u, 0u) : uvec2(0xFFFFFFFFu, (1u << (bit - 32u)) - 1u);
+  uvec2 count = uvec2(bitCount(bits & below));
+  return count.x + count.y;
+}
+
+// Of the axes that are crossed at these times, the first.
+int relumeLiveFirstAxis(vec3 t) { return t.y < t.x ? (t.z < t.y ? 2 : 1) : (t.z < t.x ? 2 : 0); }

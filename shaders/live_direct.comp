@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// Direct light of each side of a voxel at up to four places: VoxelVolume::lightDirectly(), which a test compares.
+// host_visibility.glsl is the host's LiveLightGlOptions::visibilityGlsl.
+#include "shared/layout.h"
+#include "lib/direct_light.glsl"
+#include "lib/live_sides.glsl"
+#include "host_visibility.glsl"
+
+layout(std430, binding = RELUME_LIVE_SLOT_SAMPLES) readonly buffer Samples { uvec4 sampleWord[]; };
+layout(std430, binding = RELUME_LIVE_SLOT_VOXELS) readonly buffer Voxels { uvec2 voxelWord[]; };
+layout(std430, binding = RELUME_LIVE_SLOT_LIGHTS) readonly buffer Lights { RelumeLight light[]; };
+layout(std430, binding = RELUME_LIVE_SLOT_DIRECT) writeonly buffer Direct { vec4 direct[]; };
+
+uniform vec3 relumeLiveOrigin;
+uniform float relumeLiveVoxel;
+uniform uint relumeLightCount;
+
+// Four signed bytes.
+ivec4 bytesOf(uint word) { return ivec4(int(word << 24), int(word << 16), int(word << 8), int(word)) >> 24; }
+
+// Of one place: [1/64 voxel from the voxel's middle] and 127 times the unit normal; how many of the four it stands for.
+vec3 lightAt(uvec2 word, vec3 middle) {
+  ivec4 low = bytesOf(word.x), high = bytesOf(word.y);
+  if (high.z == 0) return vec3(0.0);
+  vec3 n = normalize(vec3(low.w, high.xy));
+  vec3 at = relumeLiveOrigin + relumeLiveVoxel * (middle + vec3(low.xyz) / 64.0 + RELUME_LIVE_LIFT * n);
+  vec3 sum = vec3(0.0);
+  for (uint i = 0u; i < relumeLightCount; ++i) {
+    vec3 e = relumeDirectIrradiance(light[i], at, n);
+    if (e == vec3(0.0)) continue;
+    // A number of the host's that is not finite would never leave the bounces.
+    float seen = relumeVisibility(i, at, n);
+    if (seen > 0.0) sum += e * min(seen, 1.0);
+  }
+  return 0.25 * float(high.z) * sum;
+}
+
+void main() {
+  uint s = relumeLiveSide();
+  if (s >= relumeLiveSides) return;
+  uint at = voxelWord[s / 2u].y;
+  vec3 middle = vec3(at & 1023u, at >> 10 & 1023u, at >> 20) + 0.5;
+  uvec4 first = sampleWord[2u * s], second = sampleWord[2u * s + 1u];
+  direct[s] = vec4(lightAt(first.xy, middle) + lightAt(first.zw, middle) + lightAt(second.xy, middle) +
+                   lightAt(second.zw, middle), 0.0);
+}

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+// All caches gather what their rays meet in the volume: LiveLight::gather(), which a test compares. Rays are the same
+// for all caches. RELUME_LANES threads share a cache.
+#include "shared/layout.h"
+#include "lib/live_volume.glsl"
+#define RELUME_SH_BANDS 3
+#include "lib/sh.glsl"
+
+layout(local_size_x = RELUME_LIVE_GROUP) in;
+
+layout(binding = RELUME_LIVE_UNIT_MOVING) uniform usampler3D relumeLiveMoving;    // bits in x and y; first number
+layout(binding = RELUME_LIVE_UNIT_RAYS) uniform sampler2D relumeLiveRays;         // directions; the sky along them
+layout(binding = RELUME_LIVE_UNIT_RADIANCE) uniform sampler2D relumeLiveRadiance;  // of live_reflect.comp
+layout(rgba32f, binding = 0) uniform image2D lightImage;
+layout(std430, binding = RELUME_LIVE_SLOT_CACHES) readonly buffer Caches { uint cacheVoxel[]; };
+
+uniform uint relumeLiveCaches, relumeLiveRayCount;
+uniform uint relumeLiveMoves;  // 0 = nothing moves
+uniform uvec2 relumeLiveKept;  // voxels with sides: standing ones, and all
+uniform float relumeLiveKeep;  // share of what a cache has that stays
+
+#if RELUME_LANES > 1
+shared vec4 part[RELUME_LIVE_GROUP * 7];
+#endif
+
+uvec2 brickAt(ivec3 cell) {
+  uvec2 bits = texelFetch(relumeLiveCells, cell, 0).xy;
+  return relumeLiveMoves != 0u ? bits | texelFetch(relumeLiveMoving, cell, 0).xy : bits;
+}
+
+// Where the ray is along an axis when it leaves a brick along another at t: a guess, then as many crossings as come
+// before. isFirst: of crossings at one t this axis' come first.
+int whenLeaving(int v, int along, int ahead, float origin, float way, float inverse, float t, bool isFirst) {
+  if (along == 0) return v;
+  int low = v & ~3, last = along > 0 ? low + 3 : low;
+  int at = clamp(int(origin + t * way), min(v, last), max(v, last));
+  for (int i = 0; i < 3 && at != last; ++i) {
+    float cross = (float(at + ahead) - origin) * inverse;
+    if (!(cross < t || (cross == t && isFirst))) break;
+    at += along;
+  }
+  for (int i = 0; i < 3 && at != v; ++i) {
+    float cross = (float(at - along + ahead) - origin) * inverse;
+    if (cross < t || (cross == t && isFirst)) break;
+    at -= along;
+  }
+  return at;
+}
+
+// The first voxel that is set, from inside of the grid (runtime/voxels/march.h); false = none.
+bool march(vec3 origin, vec3 way, out ivec3 v, out uvec2 brick) {
+  ivec3 along = ivec3(greaterThan(way, vec3(1e-12))) - ivec3(lessThan(way, vec3(-1e-12)));
+  bvec3 never = equal(along, ivec3(0));
+  vec3 inverse = 1.0 / mix(way, vec3(1.0), never);
+  ivec3 ahead = max(along, ivec3(0)), cell = ivec3(-1);
+  v = ivec3(floor(origin));
+  brick = uvec2(0u);
+  while (relumeLiveHolds(v)) {
+    if ((v >> 2) != cell) {
+      cell = v >> 2;
+      brick = brickAt(cell);
+    }
+    if (brick == uvec2(0u)) {
+      ivec3 low = v & ~3;
+      vec3 t = mix((vec3(low + 4 * ahead) - origin) * inverse, vec3(1e30), never);
+      int axis = relumeLiveFirstAxis(t);
+      float leaves = t[axis];
+      if (leaves >= 1e30) return false;
+      ivec3 at = ivec3(whenLeaving(v.x, along.x, ahead.x, origin.x, way.x, inverse.x, leaves, 0 < axis),
+                       whenLeaving(v.y, along.y, ahead.y, origin.y, way.y, inverse.y, leaves, 1 < axis),
+                       whenLeaving(v.z, along.z, ahead.z, origin.z, way.z, inverse.z, leaves, 2 < axis));
+      at[axis] = along[axis] > 0 ? low[axis] + 4 : low[axis] - 1;
+      v = at;
+    } else {
+      if (relumeLiveIsSet(brick, relumeLiveBit(v))) return true;
+      vec3 t = mix((vec3(v + ahead) - origin) * inverse, vec3(1e30), never);
+      int axis = relumeLiveFirstAxis(t);
+      if (t[axis] >= 1e30) return false;
+      v[axis] += along[axis];
+    }
+  }
+  return false;
+}
+
+ivec2 sideAt(uint side) {
+  return ivec2(side % uint(RELUME_LIVE_SIDES_A_ROW), side / uint(RELUME_LIVE_SIDES_A_ROW));
+}
+
+// Of the side of an occupied voxel that a ray of this direction meets, as VoxelVolume::radianceAt() has it.
+vec3 radianceOf(ivec3 v, vec3 way) {
+  uint bit = relumeLiveBit(v), number = kRelumeLiveNone, end = 0u;
+  if (relumeLiveMoves != 0u) {
+    uvec4 moving = texelFetch(relumeLiveMoving, v >> 2, 0);
+    if (relumeLiveIsSet(moving.xy, bit)) {
+      number = moving.z + relumeLiveCountBefore(moving.xy, bit);
+      end = relumeLiveKept.y;
+    }
+  }
+  if (number == kRelumeLiveNone) {
+    uvec4 standing = texelFetch(relumeLiveCells, v >> 2, 0);
+    number = standing.z + relumeLiveCountBefore(standing.xy, bit);
+    end = relumeLiveKept.x;
+  }
+  if (number >= end) return vec3(0.0);
+  vec4 front = texelFetch(relumeLiveRadiance, sideAt(2u * number), 0);
+  uint axis = uint(front.w);
+  vec3 toward = vec3(axis >> 16 & 255u, axis >> 8 & 255u, axis & 255u) - 128.0;
+  return dot(toward, way) < 0.0 ? front.rgb : texelFetch(relumeLiveRadiance, sideAt(2u * number + 1u), 0).rgb;
+}
+
+void main() {
+  uint cache = gl_GlobalInvocationID.x / uint(RELUME_LANES), lane = gl_GlobalInvocationID.x % uint(RELUME_LANES);
+  bool isCache = cache < relumeLiveCaches;
+  ivec2 to = ivec2(7u * (cache % uint(RELUME_LIVE_CACHES_A_ROW)), cache / uint(RELUME_LIVE_CACHES_A_ROW));
+  vec3 c[9];
+  for (int k = 0; k < 9; ++k) c[k] = vec3(0.0);
+  float brightest = 0.0, before = 0.0;
+  if (isCache) {
+    before = imageLoad(lightImage, to + ivec2(6, 0)).w;
+    uint at = cacheVoxel[cache];
+    vec3 origin = vec3(at & 1023u, at >> 10 & 1023u, at >> 20) + 0.5;
+    float weight = 12.5663706 / float(relumeLiveRayCount);
+    float scale[3] = float[3](weight, weight, weight);
+    for (uint i = lane; i < relumeLiveRayCount; i += uint(RELUME_LANES)) {
+      vec3 way = texelFetch(relumeLiveRays, ivec2(i, 0), 0).xyz;
+      ivec3 v;
+      uvec2 brick;
+      vec3 radiance = march(origin, way, v, brick) ? radianceOf(v, way) : texelFetch(relumeLiveRays, ivec2(i, 1), 0).rgb;
+      if (radiance == vec3(0.0)) continue;
+      brightest = max(brightest, max(max(radiance.r, radiance.g), radiance.b));
+      vec4 y[RELUME_SH_WORDS];
+      relumeEvaluateSh(way, scale, y);
+      for (int k = 0; k < 9; ++k) c[k] += y[k / 4][k % 4] * radiance;
+    }
+  }
+  vec4 sum[7] = vec4[7](vec4(c[0], c[1].r), vec4(c[1].gb, c[2].rg), vec4(c[2].b, c[3]), vec4(c[4], c[5].r),
+                        vec4(c[5].gb, c[6].rg), vec4(c[6].b, c[7]), vec4(c[8], brightest));
+  float keep = before < 0.0 ? 0.0 : relumeLiveKeep;
+#if RELUME_LANES > 1
+  uint base = 7u * (gl_LocalInvocationID.x - lane);
+  for (uint k = 0u; k < 7u; ++k) part[base + 7u * lane + k] = sum[k];
+  barrier();
+  if (!isCache || lane >= 7u) return;
+  vec4 all = part[base + lane];
+  for (uint other = 1u; other < uint(RELUME_LANES); ++other) {
+    vec4 more = part[base + 7u * other + lane];
+    all = lane == 6u ? vec4(all.rgb + more.rgb, max(all.w, more.w)) : all + more;
+  }
+  vec4 old = imageLoad(lightImage, to + ivec2(lane, 0));
+  imageStore(lightImage, to + ivec2(lane, 0), keep > 0.0 ? mix(all, old, keep) : all);
+#else
+  if (!isCache) return;
+  for (int k = 0; k < 7; ++k) {
+    vec4 old = imageLoad(lightImage, to + ivec2(k, 0));
+    imageStore(lightImage, to + ivec2(k, 0), keep > 0.0 ? mix(sum[k], old, keep) : sum[k]);
+  }
+#endif
+}

@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: MIT
+// The OpenGL passes of light without a bake against their twins on the CPU.
+#include "runtime/live_gl/live_light_gl.h"
+
+#include "tests/live/lit_volumes.h"
+#include "tests/runtime/counting_loader.h"
+#include "tests/runtime/gl_test_support.h"
+
+#include <epoxy/gl.h>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace relume {
+namespace {
+
+using namespace test;
+
+// A room with a block, a glowing panel, a thin wall and a ball-like box that moves.
+VoxelLevel room() {
+  VoxelLevel level;
+  level.surfaces = {
+      {glm::vec3(0.7f, 0.6f, 0.5f)}, {glm::vec3(0.4f), glm::vec3(6.0f, 4.0f, 2.0f)}, {glm::vec3(0.2f, 0.5f, 0.8f)}};
+  level.addBox({0, 0, 0}, {6, 3, 5}, true);
+  level.addBox({1.0f, 0, 1.0f}, {2.2f, 1.4f, 1.8f}, false, 2);
+  level.addBox({3.49f, 0, 0}, {3.51f, 3, 3.5f}, false);
+  level.addQuad({1, 2.9f, 2}, {2, 2.9f, 2}, {2, 2.9f, 3}, {1, 2.9f, 3}, 1);
+  level.addBox({-0.3f, -0.3f, -0.3f}, {0.3f, 0.3f, 0.3f}, false, 2);
+  level.parts.back().moves = true;
+  level.parts.back().toWorld[3] = {2.6f, 0.6f, 3.6f};
+  return level;
+}
+
+std::vector<Light> lamps() {
+  std::vector<Light> lights(3);
+  lights[0].kind = LightKind::point;
+  lights[0].positionWorld = {5, 2.2f, 1.5f};
+  lights[0].intensity = {8, 6, 4};
+  lights[0].range = 9.0f;
+  lights[1].kind = LightKind::spot;
+  lights[1].positionWorld = {0.5f, 2.5f, 4.5f};
+  lights[1].direction = glm::normalize(glm::vec3(1, -1, -1));
+  lights[1].innerConeRad = 0.3f;
+  lights[1].outerConeRad = 0.7f;
+  lights[1].intensity = {3, 9, 12};
+  lights[2].kind = LightKind::directional;
+  lights[2].direction = glm::normalize(glm::vec3(-0.4f, -1, 0.2f));
+  lights[2].intensity = {1, 1, 2};
+  return lights;
+}
+
+// Half in shadow, by the same arithmetic as kHalfShadow.
+float halfShadow(std::uint32_t light, const glm::vec3& position, const glm::vec3&) {
+  return light == 2 && position.x > 3.0f ? 0.0f : light == 0 ? 2.0f : 0.5f;
+}
+const char* const kHalfShadow =
+    "float relumeVisibility(uint light, vec3 p, vec3 n) { return light == 2u && p.x > 3.0 ? 0.0 : light == 0u ? 2.0 : "
+    "0.5; }\n";
+
+class LiveLightOnGl : public GlTest {
+ protected:
+  static LiveLightGl made(std::uint32_t rays, const char* visibility = "",
+                          std::optional<gpu::GroupThreads> groups = {}) {
+    auto light = LiveLightGl::create({{rays}, EglContext::getProcAddress, visibility, groups});
+    EXPECT_TRUE(light) << light.error().message;
+    return std::move(*light);
+  }
+
+  // How many caches have a coefficient that is off by more than 2e-3 of their first.
+  static std::size_t countOff(const LiveLight& cpu, const LiveLightGl& gl) {
+    const std::vector<float> found = gl.coefficients();
+    EXPECT_EQ(found.size(), cpu.coefficients().size());
+    std::size_t off = 0;
+    for (std::size_t c = 0; c + 27 <= found.size(); c += 27) {
+      float most = 0.0f, first = 1e-6f;
+      for (std::size_t k = 0; k < 27; ++k) most = std::max(most, std::abs(found[c + k] - cpu.coefficients()[c + k]));
+      for (const std::size_t k : {0, 9, 18}) first = std::max(first, std::abs(cpu.coefficients()[c + k]));
+      if (!(most <= 2e-3f * first)) ++off;
+    }
+    return off;
+  }
+};
+
+TEST_F(LiveLightOnGl, eachPassIsItsTwins) {
+  VoxelLevel level = room();
+  VoxelVolume volume = volumeOf(level, coarse(16));
+  const std::vector<Light> lights = lamps();
+  LightSetup setup;
+  setup.lights = lights;
+  setup.visibility = halfShadow;
+  ASSERT_TRUE(volume.lightDirectly(setup));
+  std::vector<glm::vec3> map(16 * 16);
+  for (std::size_t i = 0; i < map.size(); ++i) map[i] = {0.1f, 0.2f, 0.01f * static_cast<float>(i % 16)};
+  for (const auto groups : {gpu::GroupThreads::serial, gpu::GroupThreads::parallel}) {
+    LiveLight cpu = light(96);
+    LiveLightGl gl = made(96, kHalfShadow, groups);
+    ASSERT_TRUE(gl.lightDirectly(volume, setup));
+    for (std::uint32_t f = 0; f < 5; ++f) {
+      LiveFrame frame;
+      frame.raySet = f;
+      frame.keep = f < 2 ? 0.0f : 0.4f;
+      frame.bounceScale = 0.9f;
+      frame.emissionScale = {1.0f, 0.5f, 2.0f};
+      frame.sky.map = map;
+      frame.sky.side = 16;
+      frame.freezeVoxels = f == 4;
+      ASSERT_TRUE(cpu.update(volume, frame));
+      ASSERT_TRUE(gl.update(volume, frame));
+      ASSERT_EQ(gl.activeCells(), cpu.activeCells());
+      ASSERT_GT(cpu.activeCells(), 500u);
+      EXPECT_LE(countOff(cpu, gl), cpu.activeCells() / 1000) << "frame " << f;
+      const std::vector<float> brightest = gl.brightest();
+      std::size_t off = 0;
+      for (std::size_t i = 0; i < brightest.size(); ++i)
+        off += std::abs(brightest[i] - cpu.brightest()[i]) > 2e-3f * cpu.brightest()[i] + 1e-6f ? 1 : 0;
+      EXPECT_LE(off, brightest.size() / 1000);
+    }
+    // What the sides send out: direct light, emission, bounces.
+    const std::vector<glm::vec3> radiance = gl.radiance();
+    ASSERT_EQ(radiance.size(), volume.sideCount());
+    std::size_t off = 0;
+    for (std::uint32_t s = 0; s < volume.sideCount(); ++s) {
+      const VoxelRadiance& expected = volume.radiance()[s / 2];
+      const glm::vec3& side = s % 2 == 0 ? expected.front : expected.back;
+      if (glm::distance(radiance[s], side) > 2e-3f * glm::length(side) + 1e-5f) ++off;
+    }
+    EXPECT_LE(off, radiance.size() / 1000);
+  }
+}
+
+// Parts that move and are edited: caches keep their light by place, new ones begin with what they gather.
+TEST_F(LiveLightOnGl, followsAVolumeThatChanges) {
+  VoxelLevel level = room();
+  VoxelVolume volume = volumeOf(level, coarse(16));
+  const std::vector<Light> lights = lamps();
+  LightSetup setup;
+  setup.lights = lights;
+  LiveLight cpu = light(64);
+  LiveLightGl gl = made(64);
+  const auto frames = [&](int count) {
+    ASSERT_TRUE(volume.lightDirectly(setup));
+    for (int f = 0; f < count; ++f) {
+      // By its own pass, and as the CPU found it.
+      ASSERT_TRUE(f % 2 == 0 ? gl.lightDirectly(volume, setup) : gl.copyDirect(volume));
+      LiveFrame frame;
+      frame.raySet = static_cast<std::uint32_t>(f);
+      frame.keep = 0.5f;
+      ASSERT_TRUE(cpu.update(volume, frame));
+      ASSERT_TRUE(gl.update(volume, frame));
+      ASSERT_EQ(gl.activeCells(), cpu.activeCells());
+      EXPECT_LE(countOff(cpu, gl), cpu.activeCells() / 500 + 1);
+    }
+  };
+  frames(4);
+  for (int step = 1; step <= 3; ++step) {
+    glm::mat4x3 to(1.0f);
+    to[3] = {2.6f + 0.7f * static_cast<float>(step), 0.8f, 3.6f};
+    ASSERT_TRUE(volume.move(std::vector<glm::mat4x3>{to}));
+    frames(1);
+  }
+  ASSERT_TRUE(volume.edit(std::vector<PartEdit>{{2, glm::mat4x3(1.0f), false}}));
+  frames(3);
+  gl.reset();
+  for (const float c : gl.coefficients()) ASSERT_EQ(c, 0.0f);
+  // Another volume, of other cells.
+  volume = volumeOf(level, coarse(12));
+  cpu.reset();
+  frames(2);
+}
+
+TEST_F(LiveLightOnGl, aShaderReadsTheLightAsTheCpuDoes) {
+  VoxelLevel level = room();
+  VoxelVolume volume = volumeOf(level, coarse(16));
+  LightSetup setup;
+  const std::vector<Light> lights = lamps();
+  setup.lights = lights;
+  ASSERT_TRUE(volume.lightDirectly(setup));
+  LiveLight cpu = light(64);
+  LiveLightGl gl = made(64);
+  ASSERT_TRUE(gl.lightDirectly(volume, setup));
+  for (int f = 0; f < 3; ++f) {
+    ASSERT_TRUE(cpu.update(volume, {}));
+    ASSERT_TRUE(gl.update(volume, {}));
+  }
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> in(0.0f, 1.0f);
+  std::vector<float> places;
+  constexpr std::size_t kPlaces = 2000;
+  for (std::size_t i = 0; i < kPlaces; ++i) {
+    const glm::vec3 p = glm::vec3(6, 3, 5) * glm::vec3(in(random), in(random), in(random)), n = unit(random);
+    places.insert(places.end(), {p.x, p.y, p.z, n.x, n.y, n.z});
+  }
+  const Result<std::string> glsl = LiveLightGl::glsl();
+  ASSERT_TRUE(glsl);
+  gl.bind();
+  const std::vector<float> found = runCompute(
+      *glsl,
+      "  vec3 e = relumeLiveIrradiance(vec3(inData[6u * i], inData[6u * i + 1u], inData[6u * i + 2u]),\n"
+      "                                vec3(inData[6u * i + 3u], inData[6u * i + 4u], inData[6u * i + 5u]));\n"
+      "  outData[3u * i] = e.r;\n  outData[3u * i + 1u] = e.g;\n  outData[3u * i + 2u] = e.b;\n",
+      places, kPlaces, 3 * kPlaces, [&](GLuint program) { gl.setUniforms(program); });
+  std::size_t off = 0;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < kPlaces; ++i) {
+    const float* const p = &places[6 * i];
+    const glm::vec3 expected = cpu.irradiance({p[0], p[1], p[2]}, {p[3], p[4], p[5]});
+    sum += static_cast<double>(expected.g);
+    if (glm::distance(glm::vec3(found[3 * i], found[3 * i + 1], found[3 * i + 2]), expected) >
+        5e-3f * glm::length(expected) + 1e-4f)
+      ++off;
+  }
+  EXPECT_GT(sum, 0.1 * kPlaces);
+  EXPECT_LE(off, kPlaces / 100);
+}
+
+// Nor do parts that move, once there is room for them.
+TEST_F(LiveLightOnGl, framesMakeNoObject) {
+  VoxelLevel level = room();
+  VoxelVolume volume = volumeOf(level, coarse(16));
+  auto gl = LiveLightGl::create({{32}, countingLoader(0), "", {}});
+  ASSERT_TRUE(gl);
+  const std::vector<Light> lights = lamps();
+  LightSetup setup;
+  setup.lights = lights;
+  ASSERT_TRUE(gl->lightDirectly(volume, setup));
+  ASSERT_TRUE(gl->update(volume, {}));
+  forgetCalls(0);
+  for (int f = 0; f < 5; ++f) {
+    glm::mat4x3 to(1.0f);
+    to[3] = {2.6f, 0.6f + 0.05f * static_cast<float>(f), 3.6f};
+    ASSERT_TRUE(volume.move(std::vector<glm::mat4x3>{to}));
+    ASSERT_TRUE(gl->lightDirectly(volume, setup));
+    ASSERT_TRUE(gl->update(volume, {}));
+  }
+  EXPECT_GT(calls(0, "glDispatchCompute"), 10);
+  EXPECT_EQ(objectsMade(0), 0);
+}
+
+TEST_F(LiveLightOnGl, whatIsRefusedChangesNothing) {
+  EXPECT_FALSE(LiveLightGl::create({{7}, EglContext::getProcAddress, "", {}}));
+  EXPECT_FALSE(LiveLightGl::create({{64}, {}, "", {}}));
+  const auto bad =
+      LiveLightGl::create({{64}, EglContext::getProcAddress, "float relumeVisibility() { return nothing; }\n", {}});
+  ASSERT_FALSE(bad);
+  EXPECT_NE(bad.error().message.find("live_direct.comp"), std::string::npos) << bad.error().message;
+  context_->forgetErrors();
+  VoxelLevel level = room();
+  VoxelVolume volume = volumeOf(level, coarse(8));
+  LiveLightGl gl = made(32);
+  ASSERT_TRUE(gl.update(volume, {}));
+  const std::vector<float> before = gl.coefficients();
+  LiveFrame frame;
+  frame.keep = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_FALSE(gl.update(volume, frame));
+  std::vector<Light> lights(1);
+  lights[0].intensity.x = -1.0f;
+  LightSetup setup;
+  setup.lights = lights;
+  EXPECT_FALSE(gl.lightDirectly(volume, setup));
+  EXPECT_EQ(gl.coefficients(), before);
+}
+
+TEST_F(LiveLightOnGl, bindingsOfTheHostAreAsTheyWere) {
+  VoxelLevel level = room();
+  VoxelVolume volume = volumeOf(level, coarse(8));
+  LiveLightGl gl = made(32);
+  GLuint buffer = 0, texture = 0;
+  glGenBuffers(1, &buffer);
+  glGenTextures(1, &texture);
+  for (GLuint slot = 0; slot < 6; ++slot) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, slot, buffer);
+  for (GLuint unit = 12; unit < 16; ++unit) {
+    glActiveTexture(GL_TEXTURE0 + unit);
+    glBindTexture(GL_TEXTURE_2D, texture);
+  }
+  glActiveTexture(GL_TEXTURE0 + 5);
+  ASSERT_TRUE(gl.lightDirectly(volume, {}));
+  ASSERT_TRUE(gl.update(volume, {}));
+  gl.reset();
+  gl.coefficients();
+  GLint found = 0;
+  for (GLuint slot = 0; slot < 6; ++slot) {
+    glGetIntegeri_v(GL_SHADER_STORAGE_BUFFER_BINDING, slot, &found);
+    EXPECT_EQ(static_cast<GLuint>(found), buffer);
+  }
+  glGetIntegerv(GL_ACTIVE_TEXTURE, &found);
+  EXPECT_EQ(found, GL_TEXTURE0 + 5);
+  for (GLuint unit = 12; unit < 16; ++unit) {
+    glActiveTexture(GL_TEXTURE0 + unit);
+    glGetIntegerv(GL_TEXTURE_BINDING_2D, &found);
+    EXPECT_EQ(static_cast<GLuint>(found), texture);
+    glGetIntegerv(GL_TEXTURE_BINDING_3D, &found);
+    EXPECT_EQ(found, 0);
+  }
+  glGetIntegerv(GL_CURRENT_PROGRAM, &found);
+  EXPECT_EQ(found, 0);
+  glDeleteBuffers(1, &buffer);
+  glDeleteTextures(1, &texture);
+}
+
+}  // namespace
+}  // namespace relume
