@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Direct light of each side of a voxel at up to four places: VoxelVolume::lightDirectly(), which a test compares.
-// host_visibility.glsl is the host's LiveLightGlOptions::visibilityGlsl.
+// host_visibility.glsl is the host's LiveCachesGlOptions::visibilityGlsl.
 #include "shared/layout.h"
 #include "lib/direct_light.glsl"
 #include "lib/live_sides.glsl"

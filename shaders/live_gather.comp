@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// All caches gather what their rays meet in the volume: LiveLight::gather(), which a test compares. Rays are the same
+// All caches gather what their rays meet in the volume: LiveCaches::gather(), which a test compares. Rays are the same
 // for all caches. RELUME_LANES threads share a cache.
 #include "shared/layout.h"
 #include "lib/live_volume.glsl"

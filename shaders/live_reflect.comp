@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What each side of a voxel sends out: albedo (direct + bounced) / pi + emission, as LiveLight::bounce() and
+// What each side of a voxel sends out: albedo (direct + bounced) / pi + emission, as LiveCaches::bounce() and
 // VoxelVolume::reflect() have it. The front's texel has the voxel's axis beside it.
 #include "shared/layout.h"
 #include "lib/live_volume.glsl"

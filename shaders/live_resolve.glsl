@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Light without a bake for a shader of the host's, as LiveLight::irradiance() has it (runtime/live/live_light.h):
+// Light without a bake for a shader of the host's, as LiveCaches::irradiance() has it (runtime/live/live_caches.h):
 //
 // vec3 relumeLiveIrradiance(vec3 positionWorld, vec3 n)   [W/m²] by all light but the punctual lights' own
 // vec3 relumeLiveGlossy(vec3 positionWorld, vec3 n, vec3 r, float exponent)   mean radiance in a cos^exponent lobe

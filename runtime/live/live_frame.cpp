@@ -4,6 +4,7 @@
 
 #include "formats/limits.h"
 #include "formats/sphere_points.h"
+#include "runtime/live/live_sky.h"
 #include "runtime/live/turn_of_set.h"
 
 #include <glm/geometric.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Indirect light without a bake as CRC prints it (Vardis et al. 2014): the first bounce from reflective shadow maps
 // into spherical harmonics of the cells that need them, later ones between the cells with one albedo for the whole
-// level, and chroma in fewer bands than luma. runtime/live/live_light.h gathers from lit voxels instead.
+// level, and chroma in fewer bands than luma. runtime/live/live_caches.h gathers from lit voxels instead.
 //
 // A frame: occupancy, first bounce, next bounces, blend; then receivers read. All is made anew in every frame but what
 // the blend keeps.

@@ -7,7 +7,7 @@
 #include "runtime/moving/moving_shape.h"
 #include "runtime/voxels/overlap.h"
 #include "runtime/voxels/snap_triangles.h"
-#include "runtime/voxels/voxel_geometry.h"
+#include "runtime/voxels/check_geometry.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

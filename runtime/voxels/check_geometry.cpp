@@ -2,7 +2,7 @@
 // See voxel_geometry.h.
 #include "formats/decimal.h"
 #include "formats/limits.h"
-#include "runtime/voxels/voxel_geometry.h"
+#include "runtime/voxels/check_geometry.h"
 
 #include <string>
 

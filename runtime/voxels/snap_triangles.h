@@ -3,7 +3,7 @@
 // is longer than 8 voxels, so that all its tests fit 32 bits.
 #pragma once
 
-#include "runtime/voxels/voxel_geometry.h"
+#include "relume/voxel_geometry.h"
 #include "runtime/voxels/voxel_grid.h"
 
 #include <array>

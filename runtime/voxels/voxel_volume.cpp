@@ -8,6 +8,7 @@
 #include "runtime/direct_light.h"
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/stopwatch.h"
+#include "runtime/voxels/check_geometry.h"
 
 #include <glm/geometric.hpp>
 

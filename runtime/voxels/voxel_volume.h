@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 // A voxel volume of a level: bits of what stands and of what moves, and for each occupied voxel two lit sides. Caches
-// that need no bake gather their light from it (runtime/live/live_light.h), after CRC (Vardis et al. 2014) Section 5.
+// that need no bake gather their light from it (runtime/live/live_caches.h), after CRC (Vardis et al. 2014) Section 5.
 //
 //   create()  voxelise what stands and what moves
 //   move()    a frame: moving parts alone, voxelised where they are now
 //   edit()    the editor: standing parts placed elsewhere, taken away or put back; voxels that they neither were nor
-//   are
-//             in stay as they are
+//             are in stay as they are
 //   lightDirectly()  direct light of punctual lights on each side
 //   reflect() radiance of each side from direct light, light of the caches, and emission
 //
@@ -16,8 +15,8 @@
 #include "relume/lights.h"
 #include "relume/relighter.h"
 #include "relume/result.h"
+#include "relume/voxel_geometry.h"
 #include "runtime/voxels/march.h"
-#include "runtime/voxels/voxel_geometry.h"
 #include "runtime/voxels/voxel_grid.h"
 #include "runtime/voxels/voxel_layer.h"
 
@@ -38,19 +37,6 @@ struct VoxelOptions {
   std::uint32_t surfaceBudget =
       0;  // [voxels] that keep their sides, of each layer; 0 = a quarter of the volume, 65536 at least
   ParallelFor parallelFor{};  // empty = one thread
-};
-
-struct VoxelStats {
-  std::uint32_t occupied = 0, dropped = 0;           // voxels; dropped: of these, without sides: they are black
-  std::size_t triangles = 0;                         // after splitting
-  std::size_t split = 0, outside = 0, zeroArea = 0;  // triangles handed over: cut, out of the box; pieces without area
-};
-
-// Where a standing part is from now on, and whether it is there at all.
-struct PartEdit {
-  std::uint32_t part = 0;
-  glm::mat4x3 toWorld{1.0f};
-  bool present = true;
 };
 
 // What rays read of an occupied voxel, in half a cache line.

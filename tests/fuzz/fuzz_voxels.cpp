@@ -2,7 +2,7 @@
 // libFuzzer: any bytes as a level that is voxelised, moved, edited and lit live, on the CPU. Nothing may crash; what is
 // refused changes nothing; and every number that comes out is finite and not negative.
 #include "runtime/cones/cone_light.h"
-#include "runtime/live/live_light.h"
+#include "runtime/live/live_caches.h"
 #include "runtime/live/rsm_light.h"
 #include "runtime/voxels/voxel_volume.h"
 
@@ -66,7 +66,7 @@ void check(bool holds, const char* what) {
 #define CHECK(condition) check(condition, #condition)
 
 // A frame of light, and reads of it; rays hit what is occupied.
-void lightAndRead(VoxelVolume& volume, LiveLight& live, Reader& in) {
+void lightAndRead(VoxelVolume& volume, LiveCaches& live, Reader& in) {
   const std::array<Light, 2> lights = {Light{.intensity = {60, 40, 1}, .positionWorld = in.vector()},
                                        Light{.kind = LightKind::directional, .direction = {0, -1, 0}}};
   LightSetup setup;
@@ -171,7 +171,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
   Result<VoxelVolume> volume = VoxelVolume::create({surfaces, views, parts}, options);
   if (!volume) return 0;
-  Result<LiveLight> live = LiveLight::create({8});
+  Result<LiveCaches> live = LiveCaches::create({8});
   CHECK(static_cast<bool>(live));
   lightAndRead(*volume, *live, in);
   lightByMap(*volume, in);

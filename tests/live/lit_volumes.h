@@ -2,7 +2,7 @@
 // Volumes of boxes, and light in them, for tests.
 #pragma once
 
-#include "runtime/live/live_light.h"
+#include "runtime/live/live_caches.h"
 #include "tests/voxels/boxes.h"
 
 #include <gtest/gtest.h>
@@ -20,13 +20,13 @@ inline VoxelVolume volumeOf(VoxelLevel& level, VoxelOptions options = {}) {
   return std::move(*volume);
 }
 
-inline LiveLight light(std::uint32_t rays = 64) {
-  auto made = LiveLight::create({rays});
+inline LiveCaches light(std::uint32_t rays = 64) {
+  auto made = LiveCaches::create({rays});
   EXPECT_TRUE(made);
   return std::move(*made);
 }
 
-inline void run(LiveLight& live, VoxelVolume& volume, LiveFrame frame, int frames) {
+inline void run(LiveCaches& live, VoxelVolume& volume, LiveFrame frame, int frames) {
   for (int f = 0; f < frames; ++f) {
     frame.raySet = static_cast<std::uint32_t>(f);
     const Status ok = live.update(volume, frame);
@@ -41,7 +41,7 @@ inline VoxelOptions coarse(std::uint32_t cells) {
 }
 
 // Of all coefficients, which must be numbers.
-inline float largest(const LiveLight& live) {
+inline float largest(const LiveCaches& live) {
   float most = 0.0f;
   for (const float c : live.coefficients()) {
     EXPECT_TRUE(std::isfinite(c));

@@ -16,13 +16,13 @@ using namespace test;
 
 constexpr float kPi = std::numbers::pi_v<float>;
 
-TEST(LiveLight, aClosedFurnaceHasEmissionOverOneLessAlbedo) {
+TEST(LiveCaches, aClosedFurnaceHasEmissionOverOneLessAlbedo) {
   for (const float albedo : {0.0f, 0.5f, 0.8f}) {
     VoxelLevel level;
     level.surfaces[0] = {glm::vec3(albedo), {1, 2, 0}};
     level.addBox({0, 0, 0}, {4, 3, 5}, true);
     VoxelVolume volume = volumeOf(level, coarse(16));
-    LiveLight live = light();
+    LiveCaches live = light();
     run(live, volume, {}, 40);
     // Voxels share the emitters' area evenly: at a place it is right in the mean.
     const float expected = kPi / (1.0f - albedo);
@@ -43,13 +43,13 @@ TEST(LiveLight, aClosedFurnaceHasEmissionOverOneLessAlbedo) {
   }
 }
 
-TEST(LiveLight, aWhiteFurnaceStaysBounded) {
+TEST(LiveCaches, aWhiteFurnaceStaysBounded) {
   VoxelLevel level;
   level.surfaces[0] = {glm::vec3(1.0f), glm::vec3(1.0f)};
   level.addBox({0, 0, 0}, {2, 2, 2}, true);
   level.addBox({0.7f, 0.3f, 0.9f}, {1.1f, 0.8f, 1.3f}, false);
   VoxelVolume volume = volumeOf(level, coarse(8));
-  LiveLight live = light(16);
+  LiveCaches live = light(16);
   // What a wall adds in each frame adds up, and nothing more: the brightest voxel emits twice the mean.
   run(live, volume, {}, 300);
   const float y0 = std::sqrt(4.0f * kPi);
@@ -75,14 +75,14 @@ double facingPlate(double a, double h) {
   return 4.0 / (2.0 * std::numbers::pi) * 2.0 * (x / root) * std::atan(x / root);
 }
 
-TEST(LiveLight, aPlateLightsAnotherByTheirFormFactor) {
+TEST(LiveCaches, aPlateLightsAnotherByTheirFormFactor) {
   VoxelLevel level;
   level.surfaces = {{glm::vec3(0.0f)}, {glm::vec3(0.0f), glm::vec3(3.0f)}};
   // Wide: three bands of a small source overhead give up to 6 % too much.
   level.addQuad({-2, 0, -2}, {-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, 0);
   level.addQuad({-2, 1.5f, -2}, {2, 1.5f, -2}, {2, 1.5f, 2}, {-2, 1.5f, 2}, 1);  // faces down
   VoxelVolume volume = volumeOf(level);
-  LiveLight live = light(4096);
+  LiveCaches live = light(4096);
   run(live, volume, {}, 1);
   const double expected = 3.0 * std::numbers::pi * facingPlate(2.0, 1.5);
   double sum = 0.0;
@@ -91,7 +91,7 @@ TEST(LiveLight, aPlateLightsAnotherByTheirFormFactor) {
   EXPECT_NEAR(sum, expected, 0.03 * expected);
 }
 
-TEST(LiveLight, aMovedWallIsFollowed) {
+TEST(LiveCaches, aMovedWallIsFollowed) {
   VoxelLevel level;
   level.surfaces = {{glm::vec3(0.5f)}, {glm::vec3(0.5f), glm::vec3(5.0f)}};
   level.addBox({0, 0, 0}, {4, 3, 4}, true);
@@ -99,7 +99,7 @@ TEST(LiveLight, aMovedWallIsFollowed) {
   level.addBox({1.9f, 0, 0}, {2.1f, 3, 4}, false);  // sinks into the floor
   level.parts.back().moves = true;
   VoxelVolume volume = volumeOf(level, coarse(16));
-  LiveLight live = light();
+  LiveCaches live = light();
   run(live, volume, {}, 20);
   // Of the floor of the second room.
   const auto energy = [&] {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Light without a bake: bounces, skies, walls, threads, what is refused.
-#include "tests/live/lit_volumes.h"
+// relume/live_light.h: what games call, on either backend.
+#include "relume/live_light.h"
+
+#include "tests/runtime/gl_test_support.h"
+#include "tests/voxels/boxes.h"
 
 #include <gtest/gtest.h>
-#include <glm/geometric.hpp>
 
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <numbers>
 #include <vector>
@@ -18,108 +19,147 @@ using namespace test;
 
 constexpr float kPi = std::numbers::pi_v<float>;
 
-TEST(LiveLight, eachFrameIsOneBounce) {
+class LiveLights : public GlTest {
+ protected:
+  static LiveLightOptions options(BackendKind backend) {
+    LiveLightOptions options;
+    options.backend = backend;
+    options.cells = 16;
+    if (backend == BackendKind::gl) options.getProcAddress = EglContext::getProcAddress;
+    return options;
+  }
+  static LiveLight made(VoxelLevel& level, const LiveLightOptions& options) {
+    auto light = LiveLight::create(level.geometry(), options);
+    EXPECT_TRUE(light) << light.error().message;
+    return std::move(*light);
+  }
+  static void frames(LiveLight& light, const LightSetup& setup, std::uint32_t count, float keep = 0.0f) {
+    for (std::uint32_t f = 0; f < count; ++f) {
+      LiveFrame frame;
+      frame.raySet = f;
+      frame.keep = f > 8 ? keep : 0.0f;
+      const Status ok = light.update(setup, frame);
+      ASSERT_TRUE(ok) << ok.error().message;
+    }
+  }
+};
+
+// Emission L and albedo a in a closed room: L / (1 - a) from all sides.
+TEST_F(LiveLights, aFurnaceIsClosedOnBothBackends) {
   VoxelLevel level;
   level.surfaces[0] = {glm::vec3(0.5f), glm::vec3(1.0f)};
   level.addBox({0, 0, 0}, {4, 4, 4}, true);
-  VoxelVolume volume = volumeOf(level, coarse(16));
-  LiveLight live = light();
-  const float expected[3] = {1.0f, 1.5f, 1.75f};
-  for (std::uint32_t f = 0; f < 3; ++f) {
+  for (const BackendKind backend : {BackendKind::cpu, BackendKind::gl}) {
+    LiveLight light = made(level, options(backend));
+    frames(light, {}, 20);
+    EXPECT_NEAR(light.irradiance({2, 0, 2}, {0, 1, 0}).x, 2.0f * kPi, 0.04f * kPi);
+    EXPECT_GT(light.voxels().occupied, 3000u);
+    EXPECT_GT(light.caches(), 1000u);
+    light.reset();
+    EXPECT_EQ(light.irradiance({2, 0, 2}, {0, 1, 0}), glm::vec3(0.0f));
+  }
+}
+
+// A lamp in shadow, a wall that is taken away, a box that moves: each backend follows, and both have one light.
+TEST_F(LiveLights, bothBackendsFollowLampsWallsAndMovingParts) {
+  VoxelLevel level;
+  level.surfaces = {{glm::vec3(0.6f, 0.5f, 0.4f)}, {glm::vec3(0.3f, 0.6f, 0.2f)}};
+  level.addBox({0, 0, 0}, {6, 3, 4}, true);
+  level.addBox({2.9f, 0, 0}, {3.1f, 3, 4}, false);  // between lamp and dark room
+  level.addBox({-0.4f, -0.4f, -0.4f}, {0.4f, 0.4f, 0.4f}, false, 1);
+  level.parts.back().moves = true;
+  level.parts.back().toWorld[3] = {1.2f, 0.5f, 1.2f};
+  std::vector<Light> lights(1);
+  lights[0].positionWorld = {0.8f, 2.4f, 2.0f};
+  lights[0].intensity = {10, 10, 10};
+  LightSetup setup;
+  setup.lights = lights;
+  // Half of it is hidden, and beyond the wall all, on both.
+  setup.visibility = [](std::uint32_t, const glm::vec3& p, const glm::vec3&) { return p.x < 2.95f ? 0.5f : 0.0f; };
+  LiveLightOptions onGl = options(BackendKind::gl);
+  onGl.visibilityGlsl = "float relumeVisibility(uint light, vec3 p, vec3 n) { return p.x < 2.95 ? 0.5 : 0.0; }\n";
+  LiveLight cpu = made(level, options(BackendKind::cpu)), gl = made(level, onGl);
+  ASSERT_EQ(cpu.gl(), nullptr);
+  ASSERT_NE(gl.gl(), nullptr);
+  const auto expectSame = [&] {
+    double off = 0.0, sum = 0.0;
+    for (float x = 0.3f; x < 6.0f; x += 0.4f) {
+      for (float z = 0.3f; z < 4.0f; z += 0.5f) {
+        const glm::vec3 a = cpu.irradiance({x, 0, z}, {0, 1, 0}), b = gl.irradiance({x, 0, z}, {0, 1, 0});
+        off += static_cast<double>(std::abs(a.y - b.y));
+        sum += static_cast<double>(a.y);
+      }
+    }
+    EXPECT_GT(sum, 0.0);
+    EXPECT_LE(off, 2e-3 * sum);
+  };
+  const glm::vec3 darkRoom{4.5f, 0, 2}, up{0, 1, 0};
+  for (LiveLight* light : {&cpu, &gl}) frames(*light, setup, 6);
+  expectSame();
+  EXPECT_LT(cpu.irradiance(darkRoom, up).y, 1e-3f * cpu.irradiance({1.5f, 0, 3}, up).y);
+  for (LiveLight* light : {&cpu, &gl}) {
+    ASSERT_TRUE(light->edit(std::vector<PartEdit>{{1, glm::mat4x3(1.0f), false}}));
+    glm::mat4x3 to(1.0f);
+    to[3] = {4.8f, 0.5f, 1.0f};
+    ASSERT_TRUE(light->move(std::vector<glm::mat4x3>{to}));
+    frames(*light, setup, 6);
+  }
+  expectSame();
+  EXPECT_GT(cpu.irradiance(darkRoom, up).y, 0.05f * cpu.irradiance({1.5f, 0, 3}, up).y);
+  for (const LiveLight* light : {&cpu, &gl}) {
+    const std::vector<PassTime> times = light->passTimes();
+    ASSERT_EQ(times.size(), 6u);
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      const char* const names[] = {"voxelise", "move", "cells", "direct", "bounce", "gather"};
+      EXPECT_STREQ(times[i].pass, names[i]);
+    }
+    std::size_t bytes = 0;
+    for (const auto& [name, size] : light->bufferSizes()) bytes += size;
+    EXPECT_GT(bytes, 100000u);
+  }
+}
+
+TEST_F(LiveLights, whatIsRefusedIsNamedAndChangesNothing) {
+  VoxelLevel level;
+  level.surfaces[0] = {glm::vec3(0.5f), glm::vec3(1.0f)};
+  level.addBox({0, 0, 0}, {4, 4, 4}, true);
+  const auto refused = [&](const LiveLightOptions& options, const char* what) {
+    const auto light = LiveLight::create(level.geometry(), options);
+    ASSERT_FALSE(light);
+    EXPECT_EQ(light.error().code, ErrorCode::usage);
+    EXPECT_NE(light.error().message.find(what), std::string::npos) << light.error().message;
+  };
+  LiveLightOptions bad;
+  bad.cells = 7;
+  refused(bad, "cells");
+  bad = {};
+  bad.raysPerCell = 5000;
+  refused(bad, "rays");
+  bad = {};
+  bad.backend = BackendKind::gl;
+  refused(bad, "getProcAddress");
+  bad = {};
+  bad.boxMin.x = std::numeric_limits<float>::quiet_NaN();
+  refused(bad, "box");
+  level.meshes[0].triangle[3].y = 99;
+  refused({}, "triangle 3");
+  level.meshes[0].triangle[3].y = 0;
+  for (const BackendKind backend : {BackendKind::cpu, BackendKind::gl}) {
+    LiveLight light = made(level, options(backend));
+    frames(light, {}, 3);
+    const glm::vec3 before = light.irradiance({2, 0, 2}, {0, 1, 0});
+    std::vector<Light> lights(1);
+    lights[0].intensity.x = -1.0f;
+    LightSetup setup;
+    setup.lights = lights;
     LiveFrame frame;
-    frame.raySet = f;
-    ASSERT_TRUE(live.update(volume, frame));
-    EXPECT_NEAR(live.irradiance({2, 0, 2}, {0, 1, 0}).x, kPi * expected[f], 0.03f * kPi * expected[f]) << f;
+    EXPECT_FALSE(light.update(setup, frame));
+    frame.keep = 1.0f;
+    EXPECT_FALSE(light.update({}, frame));
+    EXPECT_FALSE(light.move(std::vector<glm::mat4x3>(1)));
+    EXPECT_FALSE(light.edit(std::vector<PartEdit>{{1}}));
+    EXPECT_EQ(light.irradiance({2, 0, 2}, {0, 1, 0}), before);
   }
-}
-
-TEST(LiveLight, aConstantSkyLightsAnOpenPlane) {
-  VoxelLevel level;
-  level.addQuad({-4, 0, -4}, {-4, 0, 4}, {4, 0, 4}, {4, 0, -4});
-  VoxelOptions options = coarse(16);
-  options.boxMin = {-4, -1, -4};
-  options.boxMax = {4, 3, 4};
-  VoxelVolume volume = volumeOf(level, options);
-  LiveLight live = light(512);
-  LiveFrame frame;
-  frame.sky.radiance = {0.5f, 1.0f, 2.0f};
-  run(live, volume, frame, 2);
-  const glm::vec3 e = live.irradiance({0.3f, 0, -0.2f}, {0, 1, 0});
-  EXPECT_NEAR(e.x, 0.5f * kPi, 0.02f * kPi);
-  EXPECT_NEAR(e.z, 2.0f * kPi, 0.08f * kPi);
-  // The same as a map.
-  const std::vector<glm::vec3> map(64, frame.sky.radiance);
-  LiveLight mapped = light(512);
-  frame.sky.map = map;
-  frame.sky.side = 8;
-  run(mapped, volume, frame, 2);
-  EXPECT_NEAR(mapped.irradiance({0.3f, 0, -0.2f}, {0, 1, 0}).y, e.y, 1e-4f);
-  EXPECT_EQ(live.irradiance({50, 0, 0}, {0, 1, 0}), glm::vec3(0.0f));
-  EXPECT_EQ(live.irradiance({std::numeric_limits<float>::quiet_NaN(), 0, 0}, {0, 1, 0}), glm::vec3(0.0f));
-  EXPECT_EQ(live.irradiance({0, 0, 0}, glm::vec3(std::numeric_limits<float>::quiet_NaN())), glm::vec3(0.0f));
-}
-
-TEST(LiveLight, aThinWallKeepsTheDarkRoomDark) {
-  VoxelLevel level;
-  level.surfaces = {{glm::vec3(0.7f)}, {glm::vec3(0.7f), glm::vec3(5.0f)}};
-  level.addBox({0, 0, 0}, {4, 3, 4}, true);
-  // A wall in the middle, 2 cm thick: a quarter of a voxel.
-  level.addBox({1.99f, 0, 0}, {2.01f, 3, 4}, false);
-  level.addQuad({1, 2.9f, 1}, {1.5f, 2.9f, 1}, {1.5f, 2.9f, 3}, {1, 2.9f, 3}, 1);
-  VoxelVolume volume = volumeOf(level, coarse(16));
-  LiveLight live = light();
-  run(live, volume, {}, 30);
-  const float lit = live.irradiance({0.5f, 0, 2}, {0, 1, 0}).x;
-  EXPECT_GT(lit, 0.1f);
-  for (float x = 2.02f; x < 4.0f; x += 0.05f) {
-    EXPECT_LE(live.irradiance({x, 0, 2}, {0, 1, 0}).x, 1e-3f * lit) << x;
-    EXPECT_LE(live.irradiance({2.01f, 1.0f, x - 1.0f}, {1, 0, 0}).x, 1e-3f * lit) << x;
-  }
-}
-
-TEST(LiveLight, sameBytesOnTwoThreads) {
-  VoxelLevel level;
-  level.surfaces = {{glm::vec3(0.5f)}, {glm::vec3(0.5f), glm::vec3(5.0f)}};
-  level.addBox({0, 0, 0}, {4, 3, 4}, true);
-  level.addBox({1, 0, 1}, {2, 1.5f, 2}, false, 1);
-  VoxelOptions options = coarse(16);
-  VoxelVolume one = volumeOf(level, options);
-  options.parallelFor = test::onTwoThreads;
-  VoxelVolume two = volumeOf(level, options);
-  LiveLight a = light(), b = light();
-  LiveFrame frame;
-  frame.keep = 0.25f;
-  run(a, one, frame, 5);
-  run(b, two, frame, 5);
-  ASSERT_EQ(a.coefficients().size(), b.coefficients().size());
-  EXPECT_EQ(std::memcmp(a.coefficients().data(), b.coefficients().data(), a.coefficients().size_bytes()), 0);
-}
-
-TEST(LiveLight, whatIsRefusedChangesNothing) {
-  EXPECT_FALSE(LiveLight::create({7}));
-  EXPECT_FALSE(LiveLight::create({5000}));
-  VoxelLevel level;
-  level.surfaces[0].emission = glm::vec3(1.0f);
-  level.addBox({0, 0, 0}, {4, 3, 4}, true);
-  VoxelVolume volume = volumeOf(level, coarse(8));
-  LiveLight live = light();
-  run(live, volume, {}, 2);
-  const std::vector<float> before(live.coefficients().begin(), live.coefficients().end());
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  const std::vector<glm::vec3> bad(4, glm::vec3(-1.0f));
-  std::vector<LiveFrame> frames(6);
-  frames[0].keep = 1.0f;
-  frames[1].bounceScale = nan;
-  frames[2].emissionScale.y = -1.0f;
-  frames[3].sky.radiance.z = std::numeric_limits<float>::infinity();
-  frames[4].sky.map = bad;
-  frames[4].sky.side = 2;
-  frames[5].sky.map = bad;
-  frames[5].sky.side = 3;
-  for (const LiveFrame& frame : frames) EXPECT_FALSE(live.update(volume, frame));
-  EXPECT_TRUE(std::equal(before.begin(), before.end(), live.coefficients().begin()));
-  live.reset();
-  EXPECT_EQ(largest(live), 0.0f);
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ class LiveSession : public ViewerSession {
   }
 };
 
-// Fragments read the caches as LiveLight::irradiance() does.
+// Fragments read the caches as LiveCaches::irradiance() does.
 TEST_F(LiveSession, openGlReadsTheLightAsTheCpuDoes) {
   show(0);
   constexpr int kFrames = 6;

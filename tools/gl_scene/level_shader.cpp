@@ -3,7 +3,7 @@
 #include "tools/gl_scene/level_shader.h"
 
 #include "tools/gl_scene/gl_level.h"
-#include "runtime/live_gl/live_light_gl.h"
+#include "runtime/live_gl/live_caches_gl.h"
 #include "tools/gl_scene/gl_program.h"
 #include "tools/gl_scene/shadow_maps.h"
 
@@ -145,7 +145,7 @@ Result<GlProgram> makeDepthProgram() {
 }
 
 Result<GlProgram> makeLiveProgram(const std::string& mainGlsl) {
-  const Result<std::string> resolve = LiveLightGl::glsl();
+  const Result<std::string> resolve = LiveCachesGl::glsl();
   if (!resolve) return resolve.error();
   return linkLevel(*resolve, kLiveLinks, mainGlsl);
 }

@@ -33,7 +33,7 @@ std::uint32_t rowsOf(std::size_t items, std::uint32_t aRow) {
 
 }  // namespace
 
-LiveTexels texelsOf(const LiveLight& light) {
+LiveTexels texelsOf(const LiveCaches& light) {
   const CellSet& cells = light.cells();
   LiveTexels texels{cells.grid, cellTexels(cells), cells.plane, {}};
   texels.light.resize(light.activeCells());

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The light of LiveLight's caches in OpenGL: textures of what LiveLightGl::glsl() reads, as LiveLight::irradiance()
-// does (runtime/live/live_light.h); a test compares the two.
+// The light of LiveCaches's caches in OpenGL: textures of what LiveCachesGl::glsl() reads, as LiveCaches::irradiance()
+// does (runtime/live/live_caches.h); a test compares the two.
 #pragma once
 
-#include "runtime/live/live_light.h"
+#include "runtime/live/live_caches.h"
 #include "tools/gl_scene/gl_handle.h"
 
 #include <glm/vec4.hpp>
@@ -23,7 +23,7 @@ struct LiveTexels {
   std::vector<std::array<glm::vec4, 7>> light;    // [Size caches] red, green and blue of nine coefficients, one after
                                                   // the other, then the brightest ray's largest channel [W/m²/sr]
 };
-LiveTexels texelsOf(const LiveLight& light);
+LiveTexels texelsOf(const LiveCaches& light);
 
 class LiveField {
  public:
@@ -31,7 +31,7 @@ class LiveField {
   static Result<LiveField> create();
   // Until the first call there is no light. failed: OpenGL has no memory for it; what there was is gone.
   Status upload(const LiveTexels& texels);
-  // Tell a program that contains LiveLightGl::glsl() where the grid is.
+  // Tell a program that contains LiveCachesGl::glsl() where the grid is.
   void setUniforms(GLuint program) const;
   // Bind the textures to kUnits.
   void bind() const;

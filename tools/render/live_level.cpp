@@ -3,6 +3,7 @@
 #include "tools/render/live_level.h"
 
 #include "runtime/shared/stopwatch.h"
+#include "runtime/voxels/check_geometry.h"
 #include "tools/render/live_view.h"
 #include "tools/render/ray_shadows.h"
 
@@ -68,7 +69,7 @@ Result<LiveLevel> LiveLevel::create(const Scene& scene, const LiveLevelOptions& 
                                                          const std::function<void(std::uint32_t)>& body) {
     pool->run(tasks, body);
   };
-  auto light = LiveLight::create({options.rays});
+  auto light = LiveCaches::create({options.rays});
   if (!light) return light.error();
   Stopwatch watch;
   auto volume = voxeliseScene(scene, options.cells, parallelFor, context);

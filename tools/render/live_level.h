@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A level that is lit without a bake while its lights and its parts move: voxels, shadows by rays, and caches that
-// follow from frame to frame (runtime/live/live_light.h). A frame does what has changed and no more.
+// follow from frame to frame (runtime/live/live_caches.h). A frame does what has changed and no more.
 #pragma once
 
 #include "bake/rays/ray_tracer.h"
@@ -9,7 +9,7 @@
 #include "relume/bake/scene.h"
 #include "relume/lights.h"
 #include "relume/result.h"
-#include "runtime/live/live_light.h"
+#include "runtime/live/live_caches.h"
 #include "runtime/voxels/voxel_volume.h"
 #include "tools/base/worker_threads.h"
 
@@ -48,18 +48,18 @@ bool isSame(const LiveScene& a, const LiveScene& b);
 
 class LiveLevel {
  public:
-  // Errors of VoxelScene, VoxelVolume, RayTracer and LiveLight; failed: more memory than the context allows. The scene
+  // Errors of VoxelScene, VoxelVolume, RayTracer and LiveCaches; failed: more memory than the context allows. The scene
   // must outlive it.
   static Result<LiveLevel> create(const Scene& scene, const LiveLevelOptions& options, Context& context);
 
   // A frame, `seconds` after the one before. What is refused by name leaves last frame's light, and parts where they
-  // were. Errors of VoxelVolume::edit(), move() and lightDirectly(), RayTracer::create(), LiveLight::update().
+  // were. Errors of VoxelVolume::edit(), move() and lightDirectly(), RayTracer::create(), LiveCaches::update().
   Status update(const LiveScene& frame, double seconds);
   // Whether another frame of the same would change next to nothing.
   bool isSettled() const { return averaged_ >= kAveraged; }
 
   const VoxelVolume& volume() const { return volume_; }
-  const LiveLight& light() const { return light_; }
+  const LiveCaches& light() const { return light_; }
   // Of the last frame, and of what was done once: "pieces", "voxelise", "shadow rays".
   std::vector<PassTime> passTimes() const;
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
@@ -69,7 +69,7 @@ class LiveLevel {
   static constexpr int kBuildUp = 24, kAveraged = 64;
   static constexpr double kBuildUpSeconds = 1.0;
 
-  LiveLevel(const Scene& scene, std::unique_ptr<WorkerThreads> threads, VoxelVolume volume, LiveLight light)
+  LiveLevel(const Scene& scene, std::unique_ptr<WorkerThreads> threads, VoxelVolume volume, LiveCaches light)
       : scene_(&scene), threads_(std::move(threads)), volume_(std::move(volume)), light_(std::move(light)) {}
   Status place(const std::vector<glm::mat4>& toWorld);
   Status trace(Scene& scene, bool lifts);
@@ -80,7 +80,7 @@ class LiveLevel {
   std::unique_ptr<WorkerThreads> threads_;
   std::unique_ptr<Context> context_ = std::make_unique<Context>();
   VoxelVolume volume_;
-  LiveLight light_;
+  LiveCaches light_;
   std::optional<RayTracer> tracer_, movedTracer_;  // of what has stood where it is from the start, and of all else
   std::vector<std::uint8_t> isMoved_;              // [Size 0 or instances] whether the second has it
   std::optional<LiveScene> last_;

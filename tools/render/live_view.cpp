@@ -31,7 +31,7 @@ constexpr std::uint32_t kSkySamples = 4;  // along a texel's side
 
 // Some frames of one bounce, or of unreflected light: averaged rays over voxels that stay as they are. The first set of
 // rays is `set`.
-Status gatherOnce(LiveLight& light, VoxelVolume& volume, LiveFrame frame, int set, int frames, Context& context) {
+Status gatherOnce(LiveCaches& light, VoxelVolume& volume, LiveFrame frame, int set, int frames, Context& context) {
   for (int f = 0; f < frames && !context.cancelled(); ++f) {
     frame.freezeVoxels = f > 0;
     frame.keep = static_cast<float>(f) / static_cast<float>(f + 1);
@@ -41,7 +41,7 @@ Status gatherOnce(LiveLight& light, VoxelVolume& volume, LiveFrame frame, int se
   return done();
 }
 
-Status converge(LiveLight& light, VoxelVolume& volume, LiveFrame frame, Context& context) {
+Status converge(LiveCaches& light, VoxelVolume& volume, LiveFrame frame, Context& context) {
   for (int f = 0; f < kConverged && !context.cancelled(); ++f) {
     const auto kept = static_cast<float>(std::max(f - kSettling, 0));
     frame.keep = kept / (kept + 1.0f);
@@ -253,7 +253,7 @@ Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request
   if (!request.live->lit) return LiveView{std::move(*voxels)};
   if (request.live->rsm) return lightByMaps(tracer, request, std::move(*voxels), context);
   const LiveOptions options{request.live->rays};
-  auto light = LiveLight::create(options);
+  auto light = LiveCaches::create(options);
   if (!light) return light.error();
   LiveView view{std::move(*voxels), std::move(*light)};
   VoxelVolume& volume = view.voxels.volume;
@@ -263,7 +263,7 @@ Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request
   frame.sky = view.voxels.sky();
   frame.bounceScale = 0.0f;
   if (request.straight) {
-    auto straight = LiveLight::create(options);
+    auto straight = LiveCaches::create(options);
     if (!straight) return straight.error();
     view.straight.emplace(std::move(*straight));
     // By the rays that average the rest, so that their difference has none of their noise.

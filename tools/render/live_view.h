@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The light of a view by voxels: without a bake, caches that gather from them (runtime/live/live_light.h); with one,
+// The light of a view by voxels: without a bake, caches that gather from them (runtime/live/live_caches.h); with one,
 // voxels that send out what its surfels do (runtime/cones/surfel_voxels.h).
 #pragma once
 
@@ -7,7 +7,7 @@
 #include "relume/bake/context.h"
 #include "relume/result.h"
 #include "runtime/cones/radiance_mips.h"
-#include "runtime/live/live_light.h"
+#include "runtime/live/live_caches.h"
 #include "runtime/live/rsm_light.h"
 #include "runtime/voxels/voxel_volume.h"
 #include "tools/render/render_frame.h"
@@ -39,8 +39,8 @@ struct LiveIrradiance {
 
 struct LiveView {
   VoxelView voxels;
-  std::optional<LiveLight> all{};       // one of this and `rsm`; neither where no light is wanted
-  std::optional<LiveLight> straight{};  // of unreflected emission and sky, where `bounced` or `unbounced` is wanted
+  std::optional<LiveCaches> all{};       // one of this and `rsm`; neither where no light is wanted
+  std::optional<LiveCaches> straight{};  // of unreflected emission and sky, where `bounced` or `unbounced` is wanted
   std::optional<RsmLight> rsm{};
   int frames = 0;
 

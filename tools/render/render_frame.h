@@ -58,7 +58,7 @@ struct RsmRequest {
   float presence = 1.0f, bleeding = 1.0f;  // [0..100]
 };
 
-// Light without a bake (runtime/live/live_light.h).
+// Light without a bake (runtime/live/live_caches.h).
 struct LiveRequest {
   std::uint32_t cells = 32;                                             // [8..64] of the volume's longest side
   std::uint32_t rays = 64;                                              // [8..4096] of a cell in each frame

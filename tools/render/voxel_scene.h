@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// A level as a voxel volume takes it (runtime/voxels/voxel_geometry.h): triangles of what is drawn, cut into pieces of
+// A level as a voxel volume takes it (relume/voxel_geometry.h): triangles of what is drawn, cut into pieces of
 // two voxels' width, each with the mean of its textures.
 #pragma once
 
 #include "relume/bake/context.h"
 #include "relume/bake/scene.h"
 #include "relume/result.h"
-#include "runtime/voxels/voxel_geometry.h"
+#include "relume/voxel_geometry.h"
 
 #include <cstdint>
 #include <vector>

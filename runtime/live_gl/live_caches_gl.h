@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Light without a bake in OpenGL 4.3: the passes of LiveLight (runtime/live/live_light.h), each of which a test
+// Light without a bake in OpenGL 4.3: the passes of LiveCaches (runtime/live/live_caches.h), each of which a test
 // compares with its twin there. Voxels are found on the CPU (runtime/voxels/voxel_volume.h); from then on light stays
 // on the GPU:
 //
@@ -30,7 +30,7 @@
 
 namespace relume {
 
-struct LiveLightGlOptions {
+struct LiveCachesGlOptions {
   LiveOptions live;
   GetProcAddress getProcAddress;  // of the context that is current
   // float relumeVisibility(uint light, vec3 positionWorld, vec3 normal), as RelightOptions has it; empty = no shadows.
@@ -38,20 +38,21 @@ struct LiveLightGlOptions {
   std::optional<gpu::GroupThreads> groups;  // what work groups are to suit; nothing = the driver
 };
 
-class LiveLightGl {
+class LiveCachesGl {
  public:
   // Errors of checkLiveOptions(); usage: getProcAddress is empty; unsupported: no OpenGL 4.3; failed: a shader's log.
-  static Result<LiveLightGl> create(const LiveLightGlOptions& options);
-  LiveLightGl(LiveLightGl&&) noexcept;
-  LiveLightGl& operator=(LiveLightGl&&) noexcept;
-  ~LiveLightGl();
+  static Result<LiveCachesGl> create(const LiveCachesGlOptions& options);
+  LiveCachesGl(LiveCachesGl&&) noexcept;
+  LiveCachesGl& operator=(LiveCachesGl&&) noexcept;
+  ~LiveCachesGl();
 
-  // Direct light of each side; to be found again whenever the volume has changed. Of the setup its lights count. usage: as Relighter::check(); unsupported: more voxels
-  // than OpenGL's buffers hold; memory. What is refused leaves last frame's light, here and below.
+  // Direct light of each side; to be found again whenever the volume has changed. Of the setup its lights count. usage:
+  // as Relighter::check(); unsupported: more voxels than OpenGL's buffers hold, after which there is no light until a
+  // volume fits; memory. What else is refused leaves last frame's light, here and below.
   [[nodiscard]] Status lightDirectly(const VoxelVolume& volume, const LightSetup& setup);
   // The same as VoxelVolume::lightDirectly() has found it.
   [[nodiscard]] Status copyDirect(const VoxelVolume& volume);
-  // A frame, as LiveLight::update(). Errors of checkLiveFrame(), and as above.
+  // A frame, as LiveCaches::update(). Errors of checkLiveFrame(), and as above.
   [[nodiscard]] Status update(const VoxelVolume& volume, const LiveFrame& frame);
   // No light, as before the first frame.
   void reset();
@@ -64,8 +65,11 @@ class LiveLightGl {
   void setUniforms(std::uint32_t program) const;
   void bind() const;
 
+  // As LiveCaches::irradiance(). The first call after a frame reads the caches back.
+  glm::vec3 irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const;
+
   std::uint32_t activeCells() const;
-  // Read back, as LiveLight::coefficients() and brightest() have them. Waits for the GPU.
+  // Read back, as LiveCaches::coefficients() and brightest() have them. Waits for the GPU.
   std::vector<float> coefficients() const;
   std::vector<float> brightest() const;
   // Radiance [W/m²/sr] of the sides, read back.
@@ -76,7 +80,7 @@ class LiveLightGl {
 
  private:
   struct State;
-  explicit LiveLightGl(std::unique_ptr<State> state);
+  explicit LiveCachesGl(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
 

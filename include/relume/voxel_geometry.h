@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What a host hands over for a voxel volume: triangles in the axes of their part, a surface for each of them, and where
-// the parts stand. Data and no callbacks, so that the same input serves every backend and voxels are equal to the bit.
+// What a host hands over of a level that is lit without a bake (live_light.h): triangles in the axes of their part, a
+// surface for each of them, and where the parts stand. Data and no callbacks, so that the same input serves every
+// backend.
 #pragma once
-
-#include "relume/result.h"
 
 #include <glm/mat4x3.hpp>
 #include <glm/vec3.hpp>
@@ -29,20 +28,27 @@ struct VoxelMesh {
 struct VoxelPart {
   std::uint32_t mesh = 0;
   glm::mat4x3 toWorld{1.0f};  // may mirror and may scale to nothing
-  bool moves = false;         // placed anew by VoxelVolume::move()
+  bool moves = false;         // placed anew by move(), every frame if need be
 };
 
-// A level for a volume. Spans are read by create() and edit() alone, which keep what they need.
+// A level. Spans are read while it is handed over; what is needed of them is copied.
 struct VoxelGeometry {
   std::span<const VoxelSurface> surfaces;
   std::span<const VoxelMesh> meshes;
   std::span<const VoxelPart> parts;
 };
 
-// usage: an index out of range, a span of the wrong size, a number that is not finite or out of its range; the message
-// names surface, mesh, triangle or part.
-Status checkGeometry(const VoxelGeometry& geometry);
-// The same of one transform.
-Status checkTransform(const glm::mat4x3& toWorld, std::size_t part);
+// Where a standing part is from now on, and whether it is there at all.
+struct PartEdit {
+  std::uint32_t part = 0;
+  glm::mat4x3 toWorld{1.0f};
+  bool present = true;
+};
+
+struct VoxelStats {
+  std::uint32_t occupied = 0, dropped = 0;           // voxels; dropped: of these, without sides: they are black
+  std::size_t triangles = 0;                         // after splitting
+  std::size_t split = 0, outside = 0, zeroArea = 0;  // triangles handed over: cut, out of the box; pieces without area
+};
 
 }  // namespace relume

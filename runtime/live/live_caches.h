@@ -21,10 +21,16 @@
 
 namespace relume {
 
-class LiveLight {
+// Irradiance [W/m²] at a unit normal from the caches of a stencil. coefficients and brightest: as LiveCaches has them.
+glm::vec3 readStencil(const CellStencil& stencil, std::span<const float> coefficients, std::span<const float> brightest,
+                      const glm::vec3& normal);
+// What LiveCaches::stencil() says: nothing for a place or normal that is not finite.
+CellStencil checkedStencil(const CellSet& cells, const glm::vec3& positionWorld, const glm::vec3& normal);
+
+class LiveCaches {
  public:
   // Errors of checkLiveOptions().
-  static Result<LiveLight> create(const LiveOptions& options);
+  static Result<LiveCaches> create(const LiveOptions& options);
 
   // A frame: light of the caches onto the voxels, their radiosity, and all active cells gathered anew. The volume has
   // been lit directly. Cells that have just become active begin with what they gather now. Errors of
@@ -36,7 +42,7 @@ class LiveLight {
   // it that it sees. Finite and never negative; zero outside of the volume, and where position or normal is not finite.
   [[nodiscard]] glm::vec3 irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const;
 
-  // The same in two steps, for several LiveLights that have followed one volume.
+  // The same in two steps, for several LiveCaches that have followed one volume.
   [[nodiscard]] CellStencil stencil(const glm::vec3& positionWorld, const glm::vec3& normal) const;
   [[nodiscard]] glm::vec3 irradianceBy(const CellStencil& stencil, const glm::vec3& normal) const;
 
@@ -50,7 +56,7 @@ class LiveLight {
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
 
  private:
-  explicit LiveLight(const LiveOptions& options) : options_(options) {}
+  explicit LiveCaches(const LiveOptions& options) : options_(options) {}
   void follow(const VoxelVolume& volume);
   void bounce(const VoxelVolume& volume, float scale);
   void gather(const VoxelVolume& volume, const LiveFrame& frame);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See live_light.h.
-#include "runtime/live/live_light.h"
+// See live_caches.h.
+#include "runtime/live/live_caches.h"
 
 #include "formats/limits.h"
 #include "formats/sh.h"
@@ -45,6 +45,8 @@ glm::vec3 irradianceOf(std::span<const float> coefficients, float brightest, con
   return glm::clamp(e, glm::vec3(0.0f), glm::vec3(kPi * brightest));
 }
 
+}  // namespace
+
 glm::vec3 readStencil(const CellStencil& stencil, std::span<const float> coefficients, std::span<const float> brightest,
                       const glm::vec3& normal) {
   std::array<float, kCoefficients> sum{};
@@ -59,21 +61,24 @@ glm::vec3 readStencil(const CellStencil& stencil, std::span<const float> coeffic
   return irradianceOf(sum, most, normal);
 }
 
-}  // namespace
-
-Result<LiveLight> LiveLight::create(const LiveOptions& options) {
-  if (Status ok = checkLiveOptions(options); !ok) return ok.error();
-  return LiveLight(options);
+CellStencil checkedStencil(const CellSet& cells, const glm::vec3& positionWorld, const glm::vec3& normal) {
+  if (cells.active.empty() || !isWithin(positionWorld, kMaxCoordinate) || !(glm::dot(normal, normal) < 4.0f)) return {};
+  return stencilAt(cells, cells.grid.toGrid(positionWorld), normal);
 }
 
-void LiveLight::reset() {
+Result<LiveCaches> LiveCaches::create(const LiveOptions& options) {
+  if (Status ok = checkLiveOptions(options); !ok) return ok.error();
+  return LiveCaches(options);
+}
+
+void LiveCaches::reset() {
   std::fill(coefficients_.begin(), coefficients_.end(), 0.0f);
   std::fill(brightest_.begin(), brightest_.end(), 0.0f);
   std::fill(isLit_.begin(), isLit_.end(), std::uint8_t{0});
 }
 
 // Take over what has changed of the volume: cells keep their light, those that become active have none.
-void LiveLight::follow(const VoxelVolume& volume) {
+void LiveCaches::follow(const VoxelVolume& volume) {
   const bool stood = volume.standingVersion() == standingVersion_;
   if (stood && volume.movingVersion() == movingVersion_) return;
   const bool isSame = cells_.grid.cells == volume.grid().cells &&
@@ -112,7 +117,7 @@ void LiveLight::follow(const VoxelVolume& volume) {
 }
 
 // Irradiance of the caches at each side.
-void LiveLight::bounce(const VoxelVolume& volume, float scale) {
+void LiveCaches::bounce(const VoxelVolume& volume, float scale) {
   forChunks(volume.parallelFor(), volume.sideCount(), kSides, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t s = begin; s < end; ++s) {
       const CellStencil& stencil = s < standing_.size() ? standing_[s] : moving_[s - standing_.size()];
@@ -121,7 +126,7 @@ void LiveLight::bounce(const VoxelVolume& volume, float scale) {
   });
 }
 
-void LiveLight::gather(const VoxelVolume& volume, const LiveFrame& frame) {
+void LiveCaches::gather(const VoxelVolume& volume, const LiveFrame& frame) {
   const LiveRays rays = liveRays(options_.raysPerCell, frame);
   const std::vector<float> basis = basisOf(rays.direction);
   const VolumeGrid& grid = volume.grid();
@@ -152,7 +157,7 @@ void LiveLight::gather(const VoxelVolume& volume, const LiveFrame& frame) {
   });
 }
 
-Status LiveLight::update(VoxelVolume& volume, const LiveFrame& frame) {
+Status LiveCaches::update(VoxelVolume& volume, const LiveFrame& frame) {
   if (Status ok = checkLiveFrame(frame); !ok) return ok;
   try {
     Stopwatch watch;
@@ -173,25 +178,23 @@ Status LiveLight::update(VoxelVolume& volume, const LiveFrame& frame) {
   return done();
 }
 
-CellStencil LiveLight::stencil(const glm::vec3& positionWorld, const glm::vec3& normal) const {
-  if (cells_.active.empty() || !isWithin(positionWorld, kMaxCoordinate) || !(glm::dot(normal, normal) < 4.0f))
-    return {};
-  return stencilAt(cells_, cells_.grid.toGrid(positionWorld), normal);
+CellStencil LiveCaches::stencil(const glm::vec3& positionWorld, const glm::vec3& normal) const {
+  return checkedStencil(cells_, positionWorld, normal);
 }
 
-glm::vec3 LiveLight::irradianceBy(const CellStencil& stencil, const glm::vec3& normal) const {
+glm::vec3 LiveCaches::irradianceBy(const CellStencil& stencil, const glm::vec3& normal) const {
   return readStencil(stencil, coefficients_, brightest_, normal);
 }
 
-glm::vec3 LiveLight::irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const {
+glm::vec3 LiveCaches::irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const {
   return irradianceBy(stencil(positionWorld, normal), normal);
 }
 
-std::vector<PassTime> LiveLight::passTimes() const {
+std::vector<PassTime> LiveCaches::passTimes() const {
   return {{"cells", cellsMs_}, {"bounce", bounceMs_}, {"gather", gatherMs_}};
 }
 
-std::vector<std::pair<std::string, std::size_t>> LiveLight::bufferSizes() const {
+std::vector<std::pair<std::string, std::size_t>> LiveCaches::bufferSizes() const {
   const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
   return {{"cells", bytes(cells_.active) + bytes(cells_.slot) + bytes(cells_.position) + bytes(cells_.standing) +
                         bytes(cells_.plane) + bytes(cells_.first)},

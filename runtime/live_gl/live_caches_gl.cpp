@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See live_light_gl.h.
-#include "runtime/live_gl/live_light_gl.h"
+// See live_caches_gl.h.
+#include "runtime/live_gl/live_caches_gl.h"
 
 #include "runtime/check_setup.h"
 #include "runtime/gl/plan_objects.h"
@@ -8,6 +8,7 @@
 #include "runtime/gl/saved_state.h"
 #include "runtime/gl/timer.h"
 #include "runtime/live/cell_texels.h"
+#include "runtime/live/live_caches.h"
 #include "runtime/live_gl/live_objects.h"
 #include "runtime/passes/pack_lights.h"
 #include "runtime/shared/stopwatch.h"
@@ -77,7 +78,7 @@ struct PackedLayer {
 
 }  // namespace
 
-struct LiveLightGl::State {
+struct LiveCachesGl::State {
   State(const gl::Functions& functions, const LiveOptions& live, gpu::GroupThreads groups)
       : gl_(functions), options(live), lanes(groups == gpu::GroupThreads::serial ? 1 : kParallelLanes) {}
 
@@ -116,11 +117,12 @@ struct LiveLightGl::State {
     const std::uint32_t groups = rowsOf(sides, RELUME_LIVE_GROUP);
     if (groups > 0)
       gl_.DispatchCompute(std::min<std::uint32_t>(groups, RELUME_LIVE_MAX_GROUPS),
-                         rowsOf(groups, RELUME_LIVE_MAX_GROUPS), 1);
+                          rowsOf(groups, RELUME_LIVE_MAX_GROUPS), 1);
   }
   void waitForAll() const {
-    gl_.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
-                     GL_TEXTURE_UPDATE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+    gl_.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT |
+                      GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT |
+                      GL_BUFFER_UPDATE_BARRIER_BIT);
   }
 
   gl::Functions gl_;  // before all that deletes by it
@@ -139,16 +141,18 @@ struct LiveLightGl::State {
       otherLight{gl_, gl::kFloats, kTexels*RELUME_LIVE_CACHES_A_ROW};
   GrowingRows radiance{gl_, gl::kFloats, RELUME_LIVE_SIDES_A_ROW};
   GrowingRows rays{gl_, gl::kFloats, options.raysPerCell};
-  GrowingBuffer sideBuffer{gl_}, stencils{gl_}, voxelBuffer{gl_}, direct{gl_}, samples{gl_}, lights{gl_}, cacheVoxels{gl_},
-      carried{gl_};
+  GrowingBuffer sideBuffer{gl_}, stencils{gl_}, voxelBuffer{gl_}, direct{gl_}, samples{gl_}, lights{gl_},
+      cacheVoxels{gl_}, carried{gl_};
   gl::FrameTimer<1> directTimer{gl_};
   gl::FrameTimer<2> timer{gl_};
   double cellsMs = 0.0;
+  std::vector<float> coefficients, brightest;  // read back
+  bool isReadBack = false;                     // whether they are this frame's
   std::pmr::vector<Light> normalised;
   std::pmr::vector<gl::RelumeLight> packedLights;
 };
 
-Status LiveLightGl::State::compile(const std::string& visibilityGlsl) {
+Status LiveCachesGl::State::compile(const std::string& visibilityGlsl) {
   const std::array<std::pair<std::string, std::string>, 1> lanesDefine{{{"RELUME_LANES", std::to_string(lanes)}}};
   const auto make = [&](gl::Program& program, const char* path, std::string_view visibility = {}) -> Status {
     Result<gl::Program> made = gl::makeComputeProgram(gl_, path, lanesDefine, visibility);
@@ -164,7 +168,7 @@ Status LiveLightGl::State::compile(const std::string& visibilityGlsl) {
 }
 
 // Whether the volume fits into OpenGL's buffers and textures.
-Status LiveLightGl::State::checkSize(const VoxelVolume& volume) const {
+Status LiveCachesGl::State::checkSize(const VoxelVolume& volume) const {
   const GpuDevice device = gl::deviceOf(gl_, gpu::GroupThreads::parallel);
   const std::size_t bytes = 3 * sizeof(glm::vec4) * volume.sideCount();
   if (bytes > device.storageBytes || rowsOf(volume.sideCount(), RELUME_LIVE_SIDES_A_ROW) >= device.imageSide)
@@ -179,7 +183,7 @@ Status LiveLightGl::State::checkSize(const VoxelVolume& volume) const {
 }
 
 // Caches that stand in other slots keep their light: into the other texture, which takes this one's place.
-void LiveLightGl::State::carry(const CellSet& next, const std::vector<std::uint32_t>& from) {
+void LiveCachesGl::State::carry(const CellSet& next, const std::vector<std::uint32_t>& from) {
   std::vector<std::uint32_t> voxel(next.position.size());
   for (std::size_t i = 0; i < voxel.size(); ++i) voxel[i] = packVoxel(glm::ivec3(glm::floor(next.position[i])));
   cacheVoxels.reserve(4 * voxel.size());
@@ -196,11 +200,12 @@ void LiveLightGl::State::carry(const CellSet& next, const std::vector<std::uint3
   gl_.UseProgram(carryProgram.get());
   if (count > 0) gl_.DispatchCompute(rowsOf(count, RELUME_LIVE_GROUP), 1, 1);
   std::swap(light, otherLight);
+  isReadBack = false;
   otherLight.reserve(rowsOf(from.size(), RELUME_LIVE_CACHES_A_ROW));  // for the next time
 }
 
 // What shaders read of the volume. hasStanding: the buffers have what stands already.
-void LiveLightGl::State::writeSides(const VoxelVolume& volume, bool hasStanding) {
+void LiveCachesGl::State::writeSides(const VoxelVolume& volume, bool hasStanding) {
   const VolumeGrid& grid = volume.grid();
   const std::size_t standing = volume.standingSides(), all = volume.sideCount();
   const bool grown = sideBuffer.reserve(48 * all) | samples.reserve(32 * all) | voxelBuffer.reserve(4 * all) |
@@ -231,7 +236,7 @@ void LiveLightGl::State::writeSides(const VoxelVolume& volume, bool hasStanding)
   movingTexture.write(grid.cells.x, grid.cells.y, grid.cells.z, texels.data());
 }
 
-void LiveLightGl::State::findStencils() {
+void LiveCachesGl::State::findStencils() {
   cellTexture.bind(RELUME_LIVE_UNIT_CELLS);
   planes.bind(RELUME_LIVE_UNIT_PLANES);
   sideBuffer.bind(RELUME_LIVE_SLOT_SIDES);
@@ -240,8 +245,8 @@ void LiveLightGl::State::findStencils() {
   overSides(stencilProgram);
 }
 
-// Take over what has changed of the volume, as LiveLight::follow().
-Status LiveLightGl::State::follow(const VoxelVolume& volume) {
+// Take over what has changed of the volume, as LiveCaches::follow().
+Status LiveCachesGl::State::follow(const VoxelVolume& volume) {
   const bool stood = follows && volume.standingVersion() == standingVersion;
   if (stood && volume.movingVersion() == movingVersion) return done();
   if (Status ok = checkSize(volume); !ok) return ok;
@@ -279,7 +284,7 @@ Status LiveLightGl::State::follow(const VoxelVolume& volume) {
 }
 
 // Radiance of the sides, with last frame's caches.
-void LiveLightGl::State::reflect(const LiveFrame& frame) {
+void LiveCachesGl::State::reflect(const LiveFrame& frame) {
   cellTexture.bind(RELUME_LIVE_UNIT_CELLS);
   light.bind(RELUME_LIVE_UNIT_LIGHT);
   radiance.bindImage(0, GL_WRITE_ONLY);
@@ -292,7 +297,7 @@ void LiveLightGl::State::reflect(const LiveFrame& frame) {
   overSides(reflectProgram);
 }
 
-void LiveLightGl::State::gather(const LiveFrame& frame) {
+void LiveCachesGl::State::gather(const LiveFrame& frame) {
   const LiveRays found = liveRays(options.raysPerCell, frame);
   std::vector<glm::vec4> texels;
   texels.reserve(2 * found.direction.size());
@@ -311,14 +316,14 @@ void LiveLightGl::State::gather(const LiveFrame& frame) {
   set(gatherProgram, "relumeLiveCaches", caches);
   set(gatherProgram, "relumeLiveRayCount", options.raysPerCell);
   set(gatherProgram, "relumeLiveMoves", moves ? 1u : 0u);
-  gl_.ProgramUniform2ui(gatherProgram.get(), gl_.GetUniformLocation(gatherProgram.get(), "relumeLiveKept"), standingKept,
-                       sides / 2);
+  gl_.ProgramUniform2ui(gatherProgram.get(), gl_.GetUniformLocation(gatherProgram.get(), "relumeLiveKept"),
+                        standingKept, sides / 2);
   set(gatherProgram, "relumeLiveKeep", frame.keep);
   gl_.UseProgram(gatherProgram.get());
   if (caches > 0) gl_.DispatchCompute(rowsOf(caches, RELUME_LIVE_GROUP / static_cast<std::uint32_t>(lanes)), 1, 1);
 }
 
-Result<LiveLightGl> LiveLightGl::create(const LiveLightGlOptions& options) {
+Result<LiveCachesGl> LiveCachesGl::create(const LiveCachesGlOptions& options) {
   if (Status ok = checkLiveOptions(options.live); !ok) return ok.error();
   const Result<gl::Functions> functions = gl::loadFunctions(options.getProcAddress);
   if (!functions) return functions.error();
@@ -328,15 +333,15 @@ Result<LiveLightGl> LiveLightGl::create(const LiveLightGlOptions& options) {
   const gl::SavedState saved(*functions);
   auto state = std::make_unique<State>(*functions, options.live, groups);
   if (Status ok = state->compile(options.visibilityGlsl); !ok) return ok.error();
-  return LiveLightGl(std::move(state));
+  return LiveCachesGl(std::move(state));
 }
 
-LiveLightGl::LiveLightGl(std::unique_ptr<State> state) : state_(std::move(state)) {}
-LiveLightGl::LiveLightGl(LiveLightGl&&) noexcept = default;
-LiveLightGl& LiveLightGl::operator=(LiveLightGl&&) noexcept = default;
-LiveLightGl::~LiveLightGl() = default;
+LiveCachesGl::LiveCachesGl(std::unique_ptr<State> state) : state_(std::move(state)) {}
+LiveCachesGl::LiveCachesGl(LiveCachesGl&&) noexcept = default;
+LiveCachesGl& LiveCachesGl::operator=(LiveCachesGl&&) noexcept = default;
+LiveCachesGl::~LiveCachesGl() = default;
 
-Status LiveLightGl::lightDirectly(const VoxelVolume& volume, const LightSetup& setup) {
+Status LiveCachesGl::lightDirectly(const VoxelVolume& volume, const LightSetup& setup) {
   LightSetup punctual;
   punctual.lights = setup.lights;
   if (Status ok = checkSetup(punctual, 0, 0); !ok) return ok;
@@ -365,7 +370,7 @@ Status LiveLightGl::lightDirectly(const VoxelVolume& volume, const LightSetup& s
   return done();
 }
 
-Status LiveLightGl::copyDirect(const VoxelVolume& volume) {
+Status LiveCachesGl::copyDirect(const VoxelVolume& volume) {
   State& s = *state_;
   try {
     const gl::SavedState saved(s.gl_);
@@ -380,7 +385,7 @@ Status LiveLightGl::copyDirect(const VoxelVolume& volume) {
   return done();
 }
 
-Status LiveLightGl::update(const VoxelVolume& volume, const LiveFrame& frame) {
+Status LiveCachesGl::update(const VoxelVolume& volume, const LiveFrame& frame) {
   if (Status ok = checkLiveFrame(frame); !ok) return ok;
   State& s = *state_;
   try {
@@ -396,26 +401,27 @@ Status LiveLightGl::update(const VoxelVolume& volume, const LiveFrame& frame) {
     s.waitForAll();
     s.timer.mark(2);
     s.timer.endFrame();
+    s.isReadBack = false;
   } catch (const std::bad_alloc&) {
     return noMemory();
   }
   return done();
 }
 
-void LiveLightGl::reset() {
+void LiveCachesGl::reset() {
   const gl::SavedState saved(state_->gl_);
   const std::vector<std::uint32_t> from(state_->cells.active.size(), kInactive);
   state_->carry(state_->cells, from);
   state_->waitForAll();
 }
 
-std::uint32_t LiveLightGl::directProgram() const { return state_->directProgram.get(); }
+std::uint32_t LiveCachesGl::directProgram() const { return state_->directProgram.get(); }
 
-Result<std::string> LiveLightGl::glsl() { return expandShader("live_resolve.glsl", {}); }
+Result<std::string> LiveCachesGl::glsl() { return expandShader("live_resolve.glsl", {}); }
 
-void LiveLightGl::setUniforms(std::uint32_t program) const { state_->setGrid(program); }
+void LiveCachesGl::setUniforms(std::uint32_t program) const { state_->setGrid(program); }
 
-void LiveLightGl::bind() const {
+void LiveCachesGl::bind() const {
   if (!state_->follows) return;
   state_->cellTexture.bind(RELUME_LIVE_UNIT_CELLS);
   state_->planes.bind(RELUME_LIVE_UNIT_PLANES);
@@ -423,10 +429,21 @@ void LiveLightGl::bind() const {
   state_->gl_.ActiveTexture(GL_TEXTURE0);
 }
 
-std::uint32_t LiveLightGl::activeCells() const { return static_cast<std::uint32_t>(state_->cells.active.size()); }
+glm::vec3 LiveCachesGl::irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const {
+  State& s = *state_;
+  if (!s.follows) return glm::vec3(0.0f);
+  if (!s.isReadBack) {
+    s.coefficients = coefficients();
+    s.brightest = brightest();
+    s.isReadBack = true;
+  }
+  return readStencil(checkedStencil(s.cells, positionWorld, normal), s.coefficients, s.brightest, normal);
+}
+
+std::uint32_t LiveCachesGl::activeCells() const { return static_cast<std::uint32_t>(state_->cells.active.size()); }
 
 // All texels of all rows.
-std::vector<glm::vec4> LiveLightGl::State::readLight() const {
+std::vector<glm::vec4> LiveCachesGl::State::readLight() const {
   const gl::SavedState saved(gl_);
   std::vector<glm::vec4> texels(std::size_t{light.rows()} * kTexels * RELUME_LIVE_CACHES_A_ROW);
   if (texels.empty()) return texels;
@@ -435,7 +452,7 @@ std::vector<glm::vec4> LiveLightGl::State::readLight() const {
   return texels;
 }
 
-std::vector<float> LiveLightGl::coefficients() const {
+std::vector<float> LiveCachesGl::coefficients() const {
   const std::vector<glm::vec4> texels = state_->readLight();
   std::vector<float> found(std::size_t{3 * kBasis} * activeCells());
   for (std::size_t i = 0; i < activeCells(); ++i) {
@@ -447,14 +464,14 @@ std::vector<float> LiveLightGl::coefficients() const {
   return found;
 }
 
-std::vector<float> LiveLightGl::brightest() const {
+std::vector<float> LiveCachesGl::brightest() const {
   const std::vector<glm::vec4> texels = state_->readLight();
   std::vector<float> found(activeCells());
   for (std::size_t i = 0; i < found.size(); ++i) found[i] = std::max(texels[kTexels * i + kTexels - 1].w, 0.0f);
   return found;
 }
 
-std::vector<glm::vec3> LiveLightGl::radiance() const {
+std::vector<glm::vec3> LiveCachesGl::radiance() const {
   const gl::SavedState saved(state_->gl_);
   std::vector<glm::vec4> texels(std::size_t{state_->radiance.rows()} * RELUME_LIVE_SIDES_A_ROW);
   if (!texels.empty()) {
@@ -464,13 +481,13 @@ std::vector<glm::vec3> LiveLightGl::radiance() const {
   return {texels.begin(), texels.begin() + static_cast<std::ptrdiff_t>(state_->sides)};
 }
 
-std::vector<PassTime> LiveLightGl::passTimes() const {
+std::vector<PassTime> LiveCachesGl::passTimes() const {
   const auto& ms = state_->timer.passMs();
   return {
       {"cells", state_->cellsMs}, {"direct", state_->directTimer.passMs()[0]}, {"bounce", ms[0]}, {"gather", ms[1]}};
 }
 
-std::vector<std::pair<std::string, std::size_t>> LiveLightGl::bufferSizes() const {
+std::vector<std::pair<std::string, std::size_t>> LiveCachesGl::bufferSizes() const {
   const State& s = *state_;
   return {{"cells", s.cellTexture.bytes() + s.movingTexture.bytes() + s.planes.bytes() + s.cacheVoxels.bytes() +
                         s.carried.bytes()},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The OpenGL passes of light without a bake against their twins on the CPU.
-#include "runtime/live_gl/live_light_gl.h"
+#include "runtime/live_gl/live_caches_gl.h"
 
 #include "tests/live/lit_volumes.h"
 #include "tests/runtime/counting_loader.h"
@@ -60,17 +60,17 @@ const char* const kHalfShadow =
     "float relumeVisibility(uint light, vec3 p, vec3 n) { return light == 2u && p.x > 3.0 ? 0.0 : light == 0u ? 2.0 : "
     "0.5; }\n";
 
-class LiveLightOnGl : public GlTest {
+class LiveCachesOnGl : public GlTest {
  protected:
-  static LiveLightGl made(std::uint32_t rays, const char* visibility = "",
+  static LiveCachesGl made(std::uint32_t rays, const char* visibility = "",
                           std::optional<gpu::GroupThreads> groups = {}) {
-    auto light = LiveLightGl::create({{rays}, EglContext::getProcAddress, visibility, groups});
+    auto light = LiveCachesGl::create({{rays}, EglContext::getProcAddress, visibility, groups});
     EXPECT_TRUE(light) << light.error().message;
     return std::move(*light);
   }
 
   // How many caches have a coefficient that is off by more than 2e-3 of their first.
-  static std::size_t countOff(const LiveLight& cpu, const LiveLightGl& gl) {
+  static std::size_t countOff(const LiveCaches& cpu, const LiveCachesGl& gl) {
     const std::vector<float> found = gl.coefficients();
     EXPECT_EQ(found.size(), cpu.coefficients().size());
     std::size_t off = 0;
@@ -84,7 +84,7 @@ class LiveLightOnGl : public GlTest {
   }
 };
 
-TEST_F(LiveLightOnGl, eachPassIsItsTwins) {
+TEST_F(LiveCachesOnGl, eachPassIsItsTwins) {
   VoxelLevel level = room();
   VoxelVolume volume = volumeOf(level, coarse(16));
   const std::vector<Light> lights = lamps();
@@ -95,8 +95,8 @@ TEST_F(LiveLightOnGl, eachPassIsItsTwins) {
   std::vector<glm::vec3> map(16 * 16);
   for (std::size_t i = 0; i < map.size(); ++i) map[i] = {0.1f, 0.2f, 0.01f * static_cast<float>(i % 16)};
   for (const auto groups : {gpu::GroupThreads::serial, gpu::GroupThreads::parallel}) {
-    LiveLight cpu = light(96);
-    LiveLightGl gl = made(96, kHalfShadow, groups);
+    LiveCaches cpu = light(96);
+    LiveCachesGl gl = made(96, kHalfShadow, groups);
     ASSERT_TRUE(gl.lightDirectly(volume, setup));
     for (std::uint32_t f = 0; f < 5; ++f) {
       LiveFrame frame;
@@ -132,14 +132,14 @@ TEST_F(LiveLightOnGl, eachPassIsItsTwins) {
 }
 
 // Parts that move and are edited: caches keep their light by place, new ones begin with what they gather.
-TEST_F(LiveLightOnGl, followsAVolumeThatChanges) {
+TEST_F(LiveCachesOnGl, followsAVolumeThatChanges) {
   VoxelLevel level = room();
   VoxelVolume volume = volumeOf(level, coarse(16));
   const std::vector<Light> lights = lamps();
   LightSetup setup;
   setup.lights = lights;
-  LiveLight cpu = light(64);
-  LiveLightGl gl = made(64);
+  LiveCaches cpu = light(64);
+  LiveCachesGl gl = made(64);
   const auto frames = [&](int count) {
     ASSERT_TRUE(volume.lightDirectly(setup));
     for (int f = 0; f < count; ++f) {
@@ -171,15 +171,15 @@ TEST_F(LiveLightOnGl, followsAVolumeThatChanges) {
   frames(2);
 }
 
-TEST_F(LiveLightOnGl, aShaderReadsTheLightAsTheCpuDoes) {
+TEST_F(LiveCachesOnGl, aShaderReadsTheLightAsTheCpuDoes) {
   VoxelLevel level = room();
   VoxelVolume volume = volumeOf(level, coarse(16));
   LightSetup setup;
   const std::vector<Light> lights = lamps();
   setup.lights = lights;
   ASSERT_TRUE(volume.lightDirectly(setup));
-  LiveLight cpu = light(64);
-  LiveLightGl gl = made(64);
+  LiveCaches cpu = light(64);
+  LiveCachesGl gl = made(64);
   ASSERT_TRUE(gl.lightDirectly(volume, setup));
   for (int f = 0; f < 3; ++f) {
     ASSERT_TRUE(cpu.update(volume, {}));
@@ -193,7 +193,7 @@ TEST_F(LiveLightOnGl, aShaderReadsTheLightAsTheCpuDoes) {
     const glm::vec3 p = glm::vec3(6, 3, 5) * glm::vec3(in(random), in(random), in(random)), n = unit(random);
     places.insert(places.end(), {p.x, p.y, p.z, n.x, n.y, n.z});
   }
-  const Result<std::string> glsl = LiveLightGl::glsl();
+  const Result<std::string> glsl = LiveCachesGl::glsl();
   ASSERT_TRUE(glsl);
   gl.bind();
   const std::vector<float> found = runCompute(
@@ -217,10 +217,10 @@ TEST_F(LiveLightOnGl, aShaderReadsTheLightAsTheCpuDoes) {
 }
 
 // Nor do parts that move, once there is room for them.
-TEST_F(LiveLightOnGl, framesMakeNoObject) {
+TEST_F(LiveCachesOnGl, framesMakeNoObject) {
   VoxelLevel level = room();
   VoxelVolume volume = volumeOf(level, coarse(16));
-  auto gl = LiveLightGl::create({{32}, countingLoader(0), "", {}});
+  auto gl = LiveCachesGl::create({{32}, countingLoader(0), "", {}});
   ASSERT_TRUE(gl);
   const std::vector<Light> lights = lamps();
   LightSetup setup;
@@ -239,17 +239,17 @@ TEST_F(LiveLightOnGl, framesMakeNoObject) {
   EXPECT_EQ(objectsMade(0), 0);
 }
 
-TEST_F(LiveLightOnGl, whatIsRefusedChangesNothing) {
-  EXPECT_FALSE(LiveLightGl::create({{7}, EglContext::getProcAddress, "", {}}));
-  EXPECT_FALSE(LiveLightGl::create({{64}, {}, "", {}}));
+TEST_F(LiveCachesOnGl, whatIsRefusedChangesNothing) {
+  EXPECT_FALSE(LiveCachesGl::create({{7}, EglContext::getProcAddress, "", {}}));
+  EXPECT_FALSE(LiveCachesGl::create({{64}, {}, "", {}}));
   const auto bad =
-      LiveLightGl::create({{64}, EglContext::getProcAddress, "float relumeVisibility() { return nothing; }\n", {}});
+      LiveCachesGl::create({{64}, EglContext::getProcAddress, "float relumeVisibility() { return nothing; }\n", {}});
   ASSERT_FALSE(bad);
   EXPECT_NE(bad.error().message.find("live_direct.comp"), std::string::npos) << bad.error().message;
   context_->forgetErrors();
   VoxelLevel level = room();
   VoxelVolume volume = volumeOf(level, coarse(8));
-  LiveLightGl gl = made(32);
+  LiveCachesGl gl = made(32);
   ASSERT_TRUE(gl.update(volume, {}));
   const std::vector<float> before = gl.coefficients();
   LiveFrame frame;
@@ -263,10 +263,10 @@ TEST_F(LiveLightOnGl, whatIsRefusedChangesNothing) {
   EXPECT_EQ(gl.coefficients(), before);
 }
 
-TEST_F(LiveLightOnGl, bindingsOfTheHostAreAsTheyWere) {
+TEST_F(LiveCachesOnGl, bindingsOfTheHostAreAsTheyWere) {
   VoxelLevel level = room();
   VoxelVolume volume = volumeOf(level, coarse(8));
-  LiveLightGl gl = made(32);
+  LiveCachesGl gl = made(32);
   GLuint buffer = 0, texture = 0;
   glGenBuffers(1, &buffer);
   glGenTextures(1, &texture);

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+// Indirect light without a bake: a level lights up the moment it is opened, and its walls may be moved. Coarser than a
+// bake's: caches stand in the cells of a voxel volume and gather from it, every frame, after CRC (Vardis et al. 2014);
+// voxels reflect what caches had a frame before, so that bounces add up over the frames. docs/notes/live.md has errors
+// and times.
+//
+//   create()  find the voxels of a level                       once: 0.3 to 0.9 s for 262,000 triangles
+//   move()    parts that move, where they are now              every frame, if they did
+//   edit()    the editor: parts placed elsewhere or taken away
+//   update()  a frame: direct light on the voxels, then all caches
+//   resolve   irradiance() here, or LiveGlResolve in a shader of the host's: added to direct light, as a bake's would
+//   be
+//
+// The voxels are found on the CPU; the passes of update() run there or in OpenGL 4.3 and give the same light to 0.2 %
+// of each cache.
+//
+// Threads: as a Relighter's (relighter.h). Units: lights.h's. OpenGL state is put back as a Relighter puts it back.
+// What a call refuses leaves level and light as they were. Memory that runs out is ErrorCode::memory.
+#pragma once
+
+#include "relume/lights.h"
+#include "relume/relighter.h"
+#include "relume/result.h"
+#include "relume/voxel_geometry.h"
+
+#include <glm/mat4x3.hpp>
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace relume {
+
+struct LiveLightOptions {
+  BackendKind backend = BackendKind::cpu;
+  glm::vec3 boxMin{0.0f}, boxMax{0.0f};  // [m] where light is wanted; equal = the bounds of the parts
+  // [8..64] on the box's longest side; a cache in each that has surfaces near. A voxel is a quarter of a cell: what is
+  // thinner closes gaps beside it, and two surfaces in one voxel share its light.
+  std::uint32_t cells = 32;
+  std::uint32_t raysPerCell = 64;  // [8..4096] a frame: time and noise
+  // [voxels] that keep their sides, of what stands and of what moves; others hide light and are black. 0 = a quarter of
+  // the volume, 65536 at least.
+  std::uint32_t surfaceBudget = 0;
+  ParallelFor parallelFor{};  // empty = one thread; its copies live as long as the light
+  // GL backend: as RelightOptions has both. The CPU backend asks the setup's visibility or visibilityBatch.
+  std::string visibilityGlsl{};
+  GetProcAddress getProcAddress{};
+};
+
+struct LiveSky {
+  glm::vec3 radiance{0.0f};  // [W/m²/sr] [0..1e9] from everywhere
+  // [W/m²/sr] in place of it: an octahedral map of the sphere. Direction d lies at p = (d.x, d.y) / (|d.x| + |d.y| +
+  // |d.z|); where d.z < 0 at ((1 - |p.y|) sign(p.x), (1 - |p.x|) sign(p.y)). Columns and rows go from p = -1 to 1.
+  std::span<const glm::vec3> map{};
+  std::uint32_t side = 0;  // [texel] of the map; [Size map: side²]
+};
+
+struct LiveFrame {
+  glm::vec3 emissionScale{1.0f};  // [>= 0] factor on the surfaces' emission
+  float bounceScale = 1.0f;       // [0..1] share of last frame's caches that voxels reflect; 0 = one bounce
+  float keep = 0.0f;              // [0..1) share of last frame's caches that stays: exp(-seconds / 0.15) hides noise
+  LiveSky sky;
+  std::uint32_t raySet = 0;   // which of the sets of rays, evenly turned against each other: count the frames
+  bool freezeVoxels = false;  // gather once more from the voxels as they are lit: more rays, no bounce more
+};
+
+// Light at a place in a shader of the host's. The context of create() must be current.
+class LiveGlResolve {
+ public:
+  virtual ~LiveGlResolve() = default;
+  // GLSL 4.30 to put into the host's shader after #version: defines vec3 relumeLiveIrradiance(vec3 positionWorld, vec3
+  // n) [W/m²] and vec3 relumeLiveGlossy(vec3 positionWorld, vec3 n, vec3 r, float exponent), mean radiance in a
+  // cos^exponent lobe about r. Both read the caches around a place once for an invocation: call them for one place and
+  // normal.
+  virtual const std::string& glsl() const = 0;
+  // Before a draw with such a shader: its uniforms, and its textures, which stay bound to units 12 to 14.
+  virtual void setUniforms(std::uint32_t program) const = 0;
+  virtual void bind() const = 0;
+  // GL program of direct light on the voxels, for the host's shadow uniforms.
+  virtual std::uint32_t directProgram() const = 0;
+};
+
+class LiveLight {
+ public:
+  // usage: an option out of range, an index or a number of the geometry's out of its range (the message names surface,
+  // mesh, triangle or part), a box that is not finite or inside out, more than 2^25 triangles once they are split into
+  // pieces of at most eight voxels, the GL backend without getProcAddress; unsupported: no OpenGL 4.3; failed: a shader
+  // did not compile; memory.
+  static Result<LiveLight> create(const VoxelGeometry& geometry, const LiveLightOptions& options);
+  LiveLight(LiveLight&&) noexcept;
+  LiveLight& operator=(LiveLight&&) noexcept;
+  ~LiveLight();
+
+  // [Size moving parts, in their order] usage: another number of transforms, one that is not finite; memory.
+  [[nodiscard]] Status move(std::span<const glm::mat4x3> toWorld);
+  // usage: no such part, one that moves, a transform that is not finite; memory.
+  [[nodiscard]] Status edit(std::span<const PartEdit> edits);
+
+  // A frame. Of the setup its lights and, on the CPU, their visibility count. usage: a light that Relighter::check()
+  // refuses, a number of the frame out of its range, a map of another size; unsupported: more voxels than OpenGL's
+  // buffers hold, after which there is no light until a frame fits; memory.
+  [[nodiscard]] Status update(const LightSetup& setup, const LiveFrame& frame);
+  // No light, as before the first frame.
+  void reset();
+
+  // Irradiance [W/m²] by all light but the punctual lights' own, at a receiver with unit normal, from the caches around
+  // it that it sees. Finite and never negative; zero outside of the box, and where position or normal is not finite.
+  // With OpenGL the first call after a frame reads the caches back.
+  [[nodiscard]] glm::vec3 irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const;
+  // Null with the CPU backend.
+  [[nodiscard]] const LiveGlResolve* gl() const;
+
+  [[nodiscard]] VoxelStats voxels() const;
+  [[nodiscard]] std::uint32_t caches() const;
+  // Of the last call of each: "voxelise", "move", "cells", "direct", "bounce", "gather"; with OpenGL the last three are
+  // GPU time of a frame that it has finished.
+  [[nodiscard]] std::vector<PassTime> passTimes() const;
+  // Bytes by what they are for.
+  [[nodiscard]] std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
+
+ private:
+  struct State;
+  struct Destroy {
+    void operator()(State* state) const noexcept;
+  };
+  explicit LiveLight(std::unique_ptr<State, Destroy> state);
+  std::unique_ptr<State, Destroy> state_;
+};
+
+}  // namespace relume

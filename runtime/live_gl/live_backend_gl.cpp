@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// The OpenGL backend of light without a bake, as LiveLight has it.
+#include "runtime/live/live_backend.h"
+#include "runtime/live_gl/live_caches_gl.h"
+
+namespace relume {
+namespace {
+
+class GlLiveBackend final : public LiveBackend, public LiveGlResolve {
+ public:
+  GlLiveBackend(LiveCachesGl caches, std::string glsl) : caches_(std::move(caches)), glsl_(std::move(glsl)) {}
+
+  Status update(VoxelVolume& volume, const LightSetup& setup, const LiveFrame& frame) override {
+    if (Status ok = checkLiveFrame(frame); !ok) return ok;
+    if (Status ok = caches_.lightDirectly(volume, setup); !ok) return ok;
+    return caches_.update(volume, frame);
+  }
+  void reset() override { caches_.reset(); }
+  glm::vec3 irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const override {
+    return caches_.irradiance(positionWorld, normal);
+  }
+  const LiveGlResolve* gl() const override { return this; }
+  std::uint32_t caches() const override { return caches_.activeCells(); }
+  std::vector<PassTime> passTimes(const VoxelVolume&) const override { return caches_.passTimes(); }
+  std::vector<std::pair<std::string, std::size_t>> bufferSizes() const override { return caches_.bufferSizes(); }
+
+  const std::string& glsl() const override { return glsl_; }
+  void setUniforms(std::uint32_t program) const override { caches_.setUniforms(program); }
+  void bind() const override { caches_.bind(); }
+  std::uint32_t directProgram() const override { return caches_.directProgram(); }
+
+ private:
+  LiveCachesGl caches_;
+  std::string glsl_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<LiveBackend>> makeLiveGlBackend(const LiveLightOptions& options) {
+  Result<LiveCachesGl> caches =
+      LiveCachesGl::create({{options.raysPerCell}, options.getProcAddress, options.visibilityGlsl, {}});
+  if (!caches) return caches.error();
+  Result<std::string> glsl = LiveCachesGl::glsl();
+  if (!glsl) return glsl.error();
+  return std::unique_ptr<LiveBackend>(std::make_unique<GlLiveBackend>(std::move(*caches), std::move(*glsl)));
+}
+
+}  // namespace relume

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+// Light without a bake: bounces, skies, walls, threads, what is refused.
+#include "tests/live/lit_volumes.h"
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+namespace relume {
+namespace {
+
+using namespace test;
+
+constexpr float kPi = std::numbers::pi_v<float>;
+
+TEST(LiveCaches, eachFrameIsOneBounce) {
+  VoxelLevel level;
+  level.surfaces[0] = {glm::vec3(0.5f), glm::vec3(1.0f)};
+  level.addBox({0, 0, 0}, {4, 4, 4}, true);
+  VoxelVolume volume = volumeOf(level, coarse(16));
+  LiveCaches live = light();
+  const float expected[3] = {1.0f, 1.5f, 1.75f};
+  for (std::uint32_t f = 0; f < 3; ++f) {
+    LiveFrame frame;
+    frame.raySet = f;
+    ASSERT_TRUE(live.update(volume, frame));
+    EXPECT_NEAR(live.irradiance({2, 0, 2}, {0, 1, 0}).x, kPi * expected[f], 0.03f * kPi * expected[f]) << f;
+  }
+}
+
+TEST(LiveCaches, aConstantSkyLightsAnOpenPlane) {
+  VoxelLevel level;
+  level.addQuad({-4, 0, -4}, {-4, 0, 4}, {4, 0, 4}, {4, 0, -4});
+  VoxelOptions options = coarse(16);
+  options.boxMin = {-4, -1, -4};
+  options.boxMax = {4, 3, 4};
+  VoxelVolume volume = volumeOf(level, options);
+  LiveCaches live = light(512);
+  LiveFrame frame;
+  frame.sky.radiance = {0.5f, 1.0f, 2.0f};
+  run(live, volume, frame, 2);
+  const glm::vec3 e = live.irradiance({0.3f, 0, -0.2f}, {0, 1, 0});
+  EXPECT_NEAR(e.x, 0.5f * kPi, 0.02f * kPi);
+  EXPECT_NEAR(e.z, 2.0f * kPi, 0.08f * kPi);
+  // The same as a map.
+  const std::vector<glm::vec3> map(64, frame.sky.radiance);
+  LiveCaches mapped = light(512);
+  frame.sky.map = map;
+  frame.sky.side = 8;
+  run(mapped, volume, frame, 2);
+  EXPECT_NEAR(mapped.irradiance({0.3f, 0, -0.2f}, {0, 1, 0}).y, e.y, 1e-4f);
+  EXPECT_EQ(live.irradiance({50, 0, 0}, {0, 1, 0}), glm::vec3(0.0f));
+  EXPECT_EQ(live.irradiance({std::numeric_limits<float>::quiet_NaN(), 0, 0}, {0, 1, 0}), glm::vec3(0.0f));
+  EXPECT_EQ(live.irradiance({0, 0, 0}, glm::vec3(std::numeric_limits<float>::quiet_NaN())), glm::vec3(0.0f));
+}
+
+TEST(LiveCaches, aThinWallKeepsTheDarkRoomDark) {
+  VoxelLevel level;
+  level.surfaces = {{glm::vec3(0.7f)}, {glm::vec3(0.7f), glm::vec3(5.0f)}};
+  level.addBox({0, 0, 0}, {4, 3, 4}, true);
+  // A wall in the middle, 2 cm thick: a quarter of a voxel.
+  level.addBox({1.99f, 0, 0}, {2.01f, 3, 4}, false);
+  level.addQuad({1, 2.9f, 1}, {1.5f, 2.9f, 1}, {1.5f, 2.9f, 3}, {1, 2.9f, 3}, 1);
+  VoxelVolume volume = volumeOf(level, coarse(16));
+  LiveCaches live = light();
+  run(live, volume, {}, 30);
+  const float lit = live.irradiance({0.5f, 0, 2}, {0, 1, 0}).x;
+  EXPECT_GT(lit, 0.1f);
+  for (float x = 2.02f; x < 4.0f; x += 0.05f) {
+    EXPECT_LE(live.irradiance({x, 0, 2}, {0, 1, 0}).x, 1e-3f * lit) << x;
+    EXPECT_LE(live.irradiance({2.01f, 1.0f, x - 1.0f}, {1, 0, 0}).x, 1e-3f * lit) << x;
+  }
+}
+
+TEST(LiveCaches, sameBytesOnTwoThreads) {
+  VoxelLevel level;
+  level.surfaces = {{glm::vec3(0.5f)}, {glm::vec3(0.5f), glm::vec3(5.0f)}};
+  level.addBox({0, 0, 0}, {4, 3, 4}, true);
+  level.addBox({1, 0, 1}, {2, 1.5f, 2}, false, 1);
+  VoxelOptions options = coarse(16);
+  VoxelVolume one = volumeOf(level, options);
+  options.parallelFor = test::onTwoThreads;
+  VoxelVolume two = volumeOf(level, options);
+  LiveCaches a = light(), b = light();
+  LiveFrame frame;
+  frame.keep = 0.25f;
+  run(a, one, frame, 5);
+  run(b, two, frame, 5);
+  ASSERT_EQ(a.coefficients().size(), b.coefficients().size());
+  EXPECT_EQ(std::memcmp(a.coefficients().data(), b.coefficients().data(), a.coefficients().size_bytes()), 0);
+}
+
+TEST(LiveCaches, whatIsRefusedChangesNothing) {
+  EXPECT_FALSE(LiveCaches::create({7}));
+  EXPECT_FALSE(LiveCaches::create({5000}));
+  VoxelLevel level;
+  level.surfaces[0].emission = glm::vec3(1.0f);
+  level.addBox({0, 0, 0}, {4, 3, 4}, true);
+  VoxelVolume volume = volumeOf(level, coarse(8));
+  LiveCaches live = light();
+  run(live, volume, {}, 2);
+  const std::vector<float> before(live.coefficients().begin(), live.coefficients().end());
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<glm::vec3> bad(4, glm::vec3(-1.0f));
+  std::vector<LiveFrame> frames(6);
+  frames[0].keep = 1.0f;
+  frames[1].bounceScale = nan;
+  frames[2].emissionScale.y = -1.0f;
+  frames[3].sky.radiance.z = std::numeric_limits<float>::infinity();
+  frames[4].sky.map = bad;
+  frames[4].sky.side = 2;
+  frames[5].sky.map = bad;
+  frames[5].sky.side = 3;
+  for (const LiveFrame& frame : frames) EXPECT_FALSE(live.update(volume, frame));
+  EXPECT_TRUE(std::equal(before.begin(), before.end(), live.coefficients().begin()));
+  live.reset();
+  EXPECT_EQ(largest(live), 0.0f);
+}
+
+}  // namespace
+}  // namespace relume
