@@ -115,7 +115,7 @@ class LiveLight {
   [[nodiscard]] const LiveGlResolve* gl() const;
 
   [[nodiscard]] VoxelStats voxels() const;
-  [[nodiscard]] std::uint32_t caches() const;
+  [[nodiscard]] std::uint32_t caches() const;  // as of the last update()
   // Of the last call of each: "voxelise", "move", "cells", "direct", "bounce", "gather"; with OpenGL the last three are
   // GPU time of a frame that it has finished.
   [[nodiscard]] std::vector<PassTime> passTimes() const;

@@ -141,6 +141,11 @@ def check_games(prefix, bake, expected, root='', baker=False):
     said = [run(os.path.join(games, game), bake, env=environment) for game in ('passes_runtime', 'passes_shared')]
     check(said[0] == said[1] and re.fullmatch(r'[1-9]\d? programs, [1-9]\d? dispatches\n', said[0]), f'passes: {said}')
 
+    # Light without a bake: dark behind the wall, lit once that is gone.
+    said = [run(os.path.join(games, game), env=environment) for game in ('live_runtime', 'live_shared')]
+    frames = [float(e) for e in re.findall(r'^frame +\d+: indirect (\S+)', said[0], re.M)]
+    check(said[0] == said[1] and len(frames) == 6 and max(frames[:3]) < 1e-3 < 0.1 < frames[5], f'live light: {said}')
+
     # In OpenGL, whose functions the game hands over.
     for game in glob.glob(games + '/gl_*'):
         done = subprocess.run([game, bake], env=environment, capture_output=True, text=True, check=False)
