@@ -5,9 +5,9 @@
 #include "formats/decimal.h"
 #include "formats/limits.h"
 #include "runtime/moving/moving_shape.h"
+#include "runtime/voxels/check_geometry.h"
 #include "runtime/voxels/overlap.h"
 #include "runtime/voxels/snap_triangles.h"
-#include "runtime/voxels/check_geometry.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

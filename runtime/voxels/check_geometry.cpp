@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // See voxel_geometry.h.
+#include "runtime/voxels/check_geometry.h"
 #include "formats/decimal.h"
 #include "formats/limits.h"
-#include "runtime/voxels/check_geometry.h"
 
 #include <string>
 

@@ -63,7 +63,7 @@ const char* const kHalfShadow =
 class LiveCachesOnGl : public GlTest {
  protected:
   static LiveCachesGl made(std::uint32_t rays, const char* visibility = "",
-                          std::optional<gpu::GroupThreads> groups = {}) {
+                           std::optional<gpu::GroupThreads> groups = {}) {
     auto light = LiveCachesGl::create({{rays}, EglContext::getProcAddress, visibility, groups});
     EXPECT_TRUE(light) << light.error().message;
     return std::move(*light);

@@ -2,8 +2,8 @@
 // See level_shader.h.
 #include "tools/gl_scene/level_shader.h"
 
-#include "tools/gl_scene/gl_level.h"
 #include "runtime/live_gl/live_caches_gl.h"
+#include "tools/gl_scene/gl_level.h"
 #include "tools/gl_scene/gl_program.h"
 #include "tools/gl_scene/shadow_maps.h"
 
