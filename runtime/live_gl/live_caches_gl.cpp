@@ -417,6 +417,13 @@ void LiveCachesGl::reset() {
 
 std::uint32_t LiveCachesGl::directProgram() const { return state_->directProgram.get(); }
 
+BackendKind LiveCachesGl::fasterBackend(const GetProcAddress& getProcAddress) {
+  const Result<gl::Functions> functions = gl::loadFunctions(getProcAddress);
+  if (!functions) return BackendKind::cpu;
+  const auto* const renderer = reinterpret_cast<const char*>(functions->GetString(GL_RENDERER));
+  return gl::groupThreadsOf(renderer) == gpu::GroupThreads::serial ? BackendKind::cpu : BackendKind::gl;
+}
+
 Result<std::string> LiveCachesGl::glsl() { return expandShader("live_resolve.glsl", {}); }
 
 void LiveCachesGl::setUniforms(std::uint32_t program) const { state_->setGrid(program); }

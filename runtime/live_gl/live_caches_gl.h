@@ -59,6 +59,8 @@ class LiveCachesGl {
 
   // The program whose uniforms visibilityGlsl reads.
   std::uint32_t directProgram() const;
+  // Which backend is faster where these functions draw: the CPU's where software does.
+  static BackendKind fasterBackend(const GetProcAddress& getProcAddress);
   // Text for a shader of the host's: relumeLiveIrradiance() and relumeLiveGlossy() (shaders/live_resolve.glsl).
   // setUniforms() and bind(), which leaves its textures bound to units 12 to 14, go before a draw with it.
   static Result<std::string> glsl();

@@ -116,6 +116,8 @@ class VoxelVolume {
   std::vector<PassTime> passTimes() const;
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
   const ParallelFor& parallelFor() const { return parallelFor_; }
+  // From now on, in place of VoxelOptions::parallelFor: for a copy that goes to another thread.
+  void useParallelFor(ParallelFor parallelFor) { parallelFor_ = std::move(parallelFor); }
 
  private:
   struct Mesh {

@@ -5,7 +5,9 @@
 #include "tests/view/session_fixture.h"
 #include "tools/render/view_options.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numbers>
 
@@ -115,6 +117,72 @@ TEST_F(LiveSession, lightFollowsALamp) {
   }
   for (int i = 0; i < 40; ++i) frame();
   EXPECT_NEAR(meanLight(), 3.0 * before, 0.05 * before);
+}
+
+// Frames in OpenGL, shadows by the window's maps: the CPU's light, by rays, to what the maps miss.
+TEST_F(LiveSession, openGlFollowsLampsObjectsAndCells) {
+  const auto meanLight = [&] {
+    ViewState state = session_->state;
+    state.direct = false;
+    double sum = 0.0;
+    for (const glm::vec3& e : session_->viewer->irradiance(state, kWidth, kHeight)) sum += static_cast<double>(e.g);
+    return sum / (kWidth * kHeight);
+  };
+  show(40);
+  const double byCpu = meanLight();
+  ASSERT_GT(byCpu, 0.01);
+
+  // The panel's switch: light stays until the other's is there.
+  session_->state.live.backend = BackendKind::gl;
+  session_->endControls(false);
+  for (int i = 0; i < 41; ++i) frame();
+  const LitFrame& last = session_->viewer->live()->last();
+  EXPECT_NEAR(meanLight(), byCpu, 0.05 * byCpu);
+  EXPECT_GT(last.voxels, 100u);
+  EXPECT_GT(last.caches, 100u);
+  const auto gathers = [](const std::vector<PassTime>& times) {
+    return std::any_of(times.begin(), times.end(),
+                       [](const PassTime& t) { return t.ms > 0.0 && !std::strcmp(t.pass, "gather"); });
+  };
+  EXPECT_TRUE(gathers(session_->viewer->live()->passTimes()));
+
+  for (ViewedLight& light : session_->state.lights) {
+    if (light.on) light.light.intensity *= 3.0f;
+  }
+  for (int i = 0; i < 40; ++i) frame();
+  EXPECT_NEAR(meanLight(), 3.0 * byCpu, 0.15 * byCpu);
+
+  // A table is lifted, and its voxels with it; both backends have it so.
+  const std::size_t table = objectNamed("table");
+  ASSERT_LT(table, session_->state.objects.size());
+  session_->state.objects[table].position.y += 0.5f;
+  for (int i = 0; i < 40; ++i) frame();
+  const double lifted = meanLight();
+  session_->state.live.backend = BackendKind::cpu;
+  session_->endControls(false);
+  for (int i = 0; i < 41; ++i) frame();
+  EXPECT_NEAR(meanLight(), lifted, 0.05 * lifted);
+
+  // Other cells, without a dark frame.
+  session_->state.live.backend = BackendKind::gl;
+  session_->state.live.cells = 12;
+  session_->endControls(false);
+  for (int i = 0; i < 5; ++i) {
+    frame();
+    EXPECT_GT(meanLight(), 0.3 * lifted) << i;
+  }
+}
+
+// At the window's own pace it settles, and then no frame is made.
+TEST_F(LiveSession, openGlSettles) {
+  options_.live.backend = BackendKind::gl;
+  start("");
+  ASSERT_TRUE(frames([&] { return session_->viewer && session_->viewer->live()->last().isSettled; }));
+  const std::uint64_t number = session_->viewer->live()->last().number;
+  EXPECT_GT(number, 60u);
+  for (int i = 0; i < 3; ++i) frame();
+  EXPECT_EQ(session_->viewer->live()->last().number, number);
+  EXPECT_GT(brightness_, 0.01);
 }
 
 TEST_F(LiveSession, anObjectIsPickedAndDragged) {

@@ -76,11 +76,13 @@ Result<LiveLevel> LiveLevel::create(const Scene& scene, const LiveLevelOptions& 
   if (!volume) return volume.error();
   const double voxelsMs = watch.lap();
   LiveLevel level(scene, std::move(workers), std::move(*volume), std::move(*light));
+  level.backend_ = options.backend;
+  level.piecesMs_ = voxelsMs - level.volume_.passTimes().front().ms;
+  if (!level.hasLight()) return level;
   auto tracer = RayTracer::create(scene, "", *level.context_, RayStructure::quick, RayGeometry::drawn);
   if (!tracer) return tracer.error();
   level.tracer_.emplace(std::move(*tracer));
   level.traceMs_ = watch.lap();
-  level.piecesMs_ = voxelsMs - level.volume_.passTimes().front().ms;
   return level;
 }
 
@@ -135,11 +137,12 @@ Status LiveLevel::place(const std::vector<glm::mat4>& toWorld) {
     lifts = lifts || isMoved_[i] == 0;
     isMoved_[i] = 1;
   }
-  Status placed = trace(*moved_, lifts);
+  Status placed = hasLight() ? trace(*moved_, lifts) : done();
   if (placed && !edits.empty()) placed = volume_.edit(edits);
   if (placed && moves) placed = volume_.move(moving);
   if (placed) return done();
   moved_->instances = before;
+  if (!hasLight()) return placed;
   if (Status back = trace(*moved_, true); !back) return back;
   return placed;
 }
@@ -158,6 +161,36 @@ Status LiveLevel::lightDirectly(const std::vector<Light>& lights) {
   return volume_.lightDirectly(setup);
 }
 
+void LivePace::begin(bool isStill, double seconds) {
+  seconds_ = seconds;
+  still_ = isStill ? still_ + 1 : 0;
+  stillSeconds_ = isStill ? stillSeconds_ + std::max(seconds, 0.0) : 0.0;
+  const bool isBuiltUp = still_ > kBuildUp && stillSeconds_ > kBuildUpSeconds;
+  averaged_ = isBuiltUp ? averaged_ + 1 : 0;
+}
+
+LiveFrame LivePace::frame(const LiveScene& scene, int bounce) {
+  if (!sky_ || !isSame(*sky_, scene.sky)) {
+    skyMap_ = liveSkyMap(scene.sky);
+    sky_ = scene.sky;
+  }
+  LiveFrame frame;
+  frame.emissionScale = glm::vec3(scene.emission);
+  frame.sky = {scene.sky.radiance, skyMap_, skyMap_.empty() ? 0 : kLiveSkySide};
+  if (scene.bounces == 0) {
+    // Blended with the frames before, at rest averaged
+    const auto mean = static_cast<float>(averaged_), blend = std::exp(-static_cast<float>(seconds_) / kHistorySeconds);
+    frame.keep = std::clamp(std::max(blend, mean / (mean + 1.0f)), 0.0f, 0.99f);
+    frame.raySet = raySet_++;
+  }
+  frame.bounceScale = scene.bounces == 0 || bounce > 0 ? scene.bounceScale : 0.0f;
+  return frame;
+}
+
+void LivePace::end(const LiveScene& scene) {
+  if (scene.bounces > 0 && still_ > 0) averaged_ = kAveraged;  // the same rays find the same light
+}
+
 Status LiveLevel::update(const LiveScene& next, double seconds) {
   if (!next.toWorld.empty() && next.toWorld.size() != scene_->instances.size())
     return Error{ErrorCode::usage, "live light: " + std::to_string(next.toWorld.size()) + " transforms for " +
@@ -168,36 +201,24 @@ Status LiveLevel::update(const LiveScene& next, double seconds) {
   if (!isPlaced) {
     if (Status ok = place(next.toWorld); !ok) return ok;
   }
-  if (!isLit) {
+  const bool isStill = last_ && isSame(*last_, next);
+  if (hasLight() && !isLit) {
     if (Status ok = lightDirectly(next.lights); !ok) return ok;
   }
-  if (!last_ || !isSame(last_->sky, next.sky)) skyMap_ = liveSkyMap(next.sky);
-  const bool isStill = last_ && isSame(*last_, next);
-  still_ = isStill ? still_ + 1 : 0;
-  stillSeconds_ = isStill ? stillSeconds_ + std::max(seconds, 0.0) : 0.0;
-  const bool isBuiltUp = still_ > kBuildUp && stillSeconds_ > kBuildUpSeconds;
-  averaged_ = isBuiltUp ? averaged_ + 1 : 0;
-
-  // 2. The caches: blended with the frames before, at rest averaged
-  LiveFrame frame;
-  frame.emissionScale = glm::vec3(next.emission);
-  frame.sky = {next.sky.radiance, skyMap_, skyMap_.empty() ? 0 : kLiveSkySide};
   last_ = next;
+  if (!hasLight()) return done();
+
+  // 2. The caches
+  pace_.begin(isStill, seconds);
   cellsMs_ = bounceMs_ = gatherMs_ = 0.0;
   for (int bounce = 0; bounce < std::max(next.bounces, 1); ++bounce) {
-    if (next.bounces == 0) {
-      const auto mean = static_cast<float>(averaged_), blend = std::exp(-static_cast<float>(seconds) / kHistorySeconds);
-      frame.keep = std::clamp(std::max(blend, mean / (mean + 1.0f)), 0.0f, 0.99f);
-      frame.raySet = raySet_++;
-    }
-    frame.bounceScale = next.bounces == 0 || bounce > 0 ? next.bounceScale : 0.0f;
-    if (Status ok = light_.update(volume_, frame); !ok) return ok;
+    if (Status ok = light_.update(volume_, pace_.frame(next, bounce)); !ok) return ok;
     const std::vector<PassTime> times = light_.passTimes();
     cellsMs_ += times[0].ms;
     bounceMs_ += times[1].ms;
     gatherMs_ += times[2].ms;
   }
-  if (next.bounces > 0 && isStill) averaged_ = kAveraged;  // the same rays find the same light
+  pace_.end(next);
   const std::vector<PassTime> times = volume_.passTimes();
   directMs_ = isLit ? 0.0 : times[2].ms;
   return done();

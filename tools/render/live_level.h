@@ -29,6 +29,8 @@ struct LiveLevelOptions {
   std::uint32_t cells = 32;  // [8..64] on the level's longest side
   std::uint32_t rays = 64;   // [8..4096] of a cell in each frame
   unsigned threads = 0;      // 0 = as many as the machine has
+  // What lights the voxels and gathers. gl: not LiveLevel, which then has voxels alone.
+  BackendKind backend = BackendKind::cpu;
   bool operator==(const LiveLevelOptions&) const = default;
 };
 
@@ -46,6 +48,29 @@ bool areSame(const std::vector<Light>& a, const std::vector<Light>& b);
 // Whether both give the same light.
 bool isSame(const LiveScene& a, const LiveScene& b);
 
+// How frames of light follow one another: bounces add up and what was there fades; what stands still is averaged.
+class LivePace {
+ public:
+  // A frame begins, `seconds` after the one before. isStill: it is of the same as that one.
+  void begin(bool isStill, double seconds);
+  // What to make bounce number `bounce` of it from.
+  LiveFrame frame(const LiveScene& scene, int bounce);
+  // It has ended. Whether another frame of the same would change next to nothing.
+  void end(const LiveScene& scene);
+  bool isSettled() const { return averaged_ >= kAveraged; }
+
+ private:
+  // Bounces add up and what was there fades, for so many frames and seconds at least; then so many are averaged.
+  static constexpr int kBuildUp = 24, kAveraged = 64;
+  static constexpr double kBuildUpSeconds = 1.0;
+
+  std::optional<Sky> sky_;  // of the map
+  std::vector<glm::vec3> skyMap_;
+  std::uint32_t raySet_ = 0;
+  int still_ = 0, averaged_ = 0;               // frames since something changed, and those of them that are averaged
+  double seconds_ = 0.0, stillSeconds_ = 0.0;  // [s] of this frame, and since something changed
+};
+
 class LiveLevel {
  public:
   // Errors of VoxelScene, VoxelVolume, RayTracer and LiveCaches; failed: more memory than the context allows. The scene
@@ -56,7 +81,7 @@ class LiveLevel {
   // were. Errors of VoxelVolume::edit(), move() and lightDirectly(), RayTracer::create(), LiveCaches::update().
   Status update(const LiveScene& frame, double seconds);
   // Whether another frame of the same would change next to nothing.
-  bool isSettled() const { return averaged_ >= kAveraged; }
+  bool isSettled() const { return !hasLight() || pace_.isSettled(); }
 
   const VoxelVolume& volume() const { return volume_; }
   const LiveCaches& light() const { return light_; }
@@ -65,17 +90,15 @@ class LiveLevel {
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
 
  private:
-  // Bounces add up and what was there fades, for so many frames and seconds at least; then so many are averaged.
-  static constexpr int kBuildUp = 24, kAveraged = 64;
-  static constexpr double kBuildUpSeconds = 1.0;
-
   LiveLevel(const Scene& scene, std::unique_ptr<WorkerThreads> threads, VoxelVolume volume, LiveCaches light)
       : scene_(&scene), threads_(std::move(threads)), volume_(std::move(volume)), light_(std::move(light)) {}
+  bool hasLight() const { return backend_ == BackendKind::cpu; }
   Status place(const std::vector<glm::mat4>& toWorld);
   Status trace(Scene& scene, bool lifts);
   Status lightDirectly(const std::vector<Light>& lights);
 
   const Scene* scene_;
+  BackendKind backend_ = BackendKind::cpu;
   std::unique_ptr<Scene> moved_;  // what rays meet, once something has moved
   std::unique_ptr<WorkerThreads> threads_;
   std::unique_ptr<Context> context_ = std::make_unique<Context>();
@@ -84,10 +107,7 @@ class LiveLevel {
   std::optional<RayTracer> tracer_, movedTracer_;  // of what has stood where it is from the start, and of all else
   std::vector<std::uint8_t> isMoved_;              // [Size 0 or instances] whether the second has it
   std::optional<LiveScene> last_;
-  std::vector<glm::vec3> skyMap_;
-  std::uint32_t raySet_ = 0;
-  int still_ = 0, averaged_ = 0;  // frames since something changed, and those of them that are averaged
-  double stillSeconds_ = 0.0;     // [s] likewise
+  LivePace pace_;
   double piecesMs_ = 0.0, traceMs_ = 0.0, directMs_ = 0.0, cellsMs_ = 0.0, bounceMs_ = 0.0, gatherMs_ = 0.0;
 };
 

@@ -63,10 +63,10 @@ void timeTable(const TimeHistory& times) {
   ImGui::Text("%-14s %7.2f %7.2f", "sum", static_cast<double>(total), static_cast<double>(totalMean));
 }
 
-// What the last frame of live light cost, on threads of its own, and what was done once.
-void liveTable(const LitFrame& frame) {
+// What the last frame of live light cost, on threads of its own or in OpenGL, and what was done once.
+void liveTable(const LiveShading& live) {
   ImGui::TextDisabled("%-14s %7s", "live light", "ms");
-  for (const PassTime& pass : frame.times) ImGui::Text("%-14s %7.1f", pass.pass, pass.ms);
+  for (const PassTime& pass : live.passTimes()) ImGui::Text("%-14s %7.1f", pass.pass, pass.ms);
 }
 
 void memoryTable(const Viewer& viewer) {
@@ -89,7 +89,7 @@ void drawCosts(Session& session) {
   ImGui::Separator();
   const LiveShading* const live = session.viewer->live();
   if (live) {
-    liveTable(live->last());
+    liveTable(*live);
     ImGui::Separator();
   }
   memoryTable(*session.viewer);

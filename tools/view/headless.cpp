@@ -66,6 +66,7 @@ Status runHeadless(const LoadedLevel& level, const ViewerOptions& options) {
 
   auto egl = EglContext::create();
   if (!egl) return egl.error();
+  if (options.choosesLiveBackend) state->live.backend = LiveCachesGl::fasterBackend(EglContext::getProcAddress);
   auto viewer = Viewer::create(level, options.shadowSize, *state, EglContext::getProcAddress);
   if (!viewer) return viewer.error();
   if (state->records) {
@@ -103,7 +104,7 @@ Status runHeadless(const LoadedLevel& level, const ViewerOptions& options) {
     std::printf("%s ", printable(path.string()).c_str());
     for (const auto& [pass, ms] : viewer->times()) std::printf("  %s %.2f ms", pass.c_str(), ms);
     if (const LiveShading* live = viewer->live()) {
-      for (const PassTime& pass : live->last().times) std::printf("  %s %.2f ms", pass.pass, pass.ms);
+      for (const PassTime& pass : live->passTimes()) std::printf("  %s %.2f ms", pass.pass, pass.ms);
     }
     std::printf("\n");
   }

@@ -11,8 +11,10 @@
 namespace relume {
 namespace {
 
-LitFrame frameOf(const LiveLevel& level, std::uint64_t number) {
-  return {texelsOf(level.light()),
+// isNew: the voxels are not those of the frame before.
+LitFrame frameOf(const LiveLevel& level, bool hasLight, bool isNew, std::uint64_t number) {
+  return {hasLight ? texelsOf(level.light()) : LiveTexels{},
+          hasLight || !isNew ? nullptr : std::make_unique<VoxelVolume>(level.volume()),
           number,
           level.volume().stats().occupied,
           level.light().activeCells(),
@@ -73,7 +75,7 @@ void LiveJob::run(const Scene& scene, const LiveLevelOptions& options) {
   Error refused;
   try {
     auto level = LiveLevel::create(scene, options, context_);
-    if (level) return frames(*level);
+    if (level) return frames(*level, options.backend == BackendKind::cpu);
     refused = level.error();
   } catch (const std::bad_alloc&) {
     refused = {ErrorCode::memory, "live light: memory ran out; fewer cells take less"};
@@ -87,8 +89,9 @@ void LiveJob::run(const Scene& scene, const LiveLevelOptions& options) {
 }
 
 // Frames of what is followed, until the end.
-void LiveJob::frames(LiveLevel& level) {
+void LiveJob::frames(LiveLevel& level, bool hasLight) {
   double last = clockSeconds();
+  std::pair<std::uint64_t, std::uint64_t> shown{0, 0};  // versions of the volume
   std::unique_lock lock(mutex_);
   for (std::uint64_t number = 1;; ++number) {
     // The first is drawn before others take the processor's time.
@@ -101,8 +104,15 @@ void LiveJob::frames(LiveLevel& level) {
     const double begin = clockSeconds();
     const Status status = level.update(now, step.value_or(begin - last));
     last = begin;
-    Result<LitFrame> result = status ? Result<LitFrame>(frameOf(level, number)) : Result<LitFrame>(status.error());
+    const std::pair versions(level.volume().standingVersion(), level.volume().movingVersion());
+    Result<LitFrame> result = status ? Result<LitFrame>(frameOf(level, hasLight, versions != shown, number))
+                                     : Result<LitFrame>(status.error());
     lock.lock();
+    // A copy that nobody has taken yet is not lost, unless a newer one takes its place.
+    std::unique_ptr<VoxelVolume> waits;
+    if (result_ && *result_) waits = std::move((*result_)->volume);
+    if (result && !result->volume) result->volume = std::move(waits);
+    if (status) shown = versions;
     result_.emplace(std::move(result));
     // What is refused once is refused again: wait for something else.
     if (!step && status && !level.isSettled()) isWanted_ = true;

@@ -9,6 +9,7 @@
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -21,7 +22,8 @@ namespace relume {
 // What a frame has found, and what it cost.
 struct LitFrame {
   LiveTexels texels;
-  std::uint64_t number = 0;  // counted from 1
+  std::unique_ptr<VoxelVolume> volume;  // in place of texels where OpenGL lights the voxels: a copy, if they are others
+  std::uint64_t number = 0;             // counted from 1
   std::uint32_t voxels = 0, caches = 0;
   bool isSettled = false;  // no more come unless something changes
   std::vector<PassTime> times;
@@ -50,7 +52,7 @@ class LiveJob {
 
  private:
   void run(const Scene& scene, const LiveLevelOptions& options);
-  void frames(LiveLevel& level);
+  void frames(LiveLevel& level, bool hasLight);
 
   Context context_;
   std::mutex mutex_;  // of what follows

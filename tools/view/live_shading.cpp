@@ -2,24 +2,36 @@
 // See live_shading.h.
 #include "tools/view/live_shading.h"
 
+#include "tools/base/clock.h"
+
 #include <glm/ext/matrix_transform.hpp>
 
 #include <utility>
 
 namespace relume {
 
-Result<LiveShading> LiveShading::create(const LoadedLevel& level, const LiveLevelOptions& options) {
+Result<LiveShading> LiveShading::create(const LoadedLevel& level, const LiveLevelOptions& options,
+                                        const GetProcAddress& getProcAddress) {
   auto field = LiveField::create();
   if (!field) return field.error();
-  LiveShading shading(level, std::move(*field));
-  shading.choose(options);
+  LiveShading shading(level, std::move(*field), getProcAddress);
+  if (Status ok = shading.choose(options); !ok) return ok.error();
   return shading;
 }
 
-void LiveShading::choose(const LiveLevelOptions& options) {
+Status LiveShading::choose(const LiveLevelOptions& options) {
+  std::optional<LiveOnGpu> onGpu;
+  if (options.backend == BackendKind::gl) {
+    auto made = LiveOnGpu::create(options, getProcAddress_);
+    if (!made) return made.error();
+    onGpu.emplace(std::move(*made));
+  }
   options_ = options;
+  next_.reset();
+  if (onGpu) next_.emplace(std::move(*onGpu));
   job_.reset();
   job_ = std::make_unique<LiveJob>(level_->scene, options);
+  return done();
 }
 
 LiveScene LiveShading::sceneOf(const ViewState& state, const std::vector<Light>& lights) const {
@@ -38,22 +50,87 @@ LiveScene LiveShading::sceneOf(const ViewState& state, const std::vector<Light>&
   return scene;
 }
 
-Status LiveShading::update(const ViewState& state, const std::vector<Light>& lights, bool isSlow) {
+// What the thread has found: light for the field's textures, or voxels.
+Status LiveShading::show(LitFrame found) {
+  std::unique_ptr<VoxelVolume> volume = std::move(found.volume);
+  const LiveTexels texels = std::exchange(found.texels, {});
+  if (options_.backend == BackendKind::gl) {
+    if (!volume) return done();
+    if (next_) {
+      shown_.reset();
+      shown_.emplace(std::move(*next_));
+      next_.reset();
+    }
+    shown_->take(std::move(volume));
+    found.number = last_.number;
+    last_ = std::move(found);
+    return done();
+  }
+  last_ = std::move(found);
+  shown_.reset();
+  return field_.upload(texels);
+}
+
+// A frame of the voxels that are there; step: [s] after the one before, 0 = as the clock says.
+Status LiveShading::lightOnGpu(const LiveScene& scene, double step, const ShadowMaps& shadows) {
+  if (!shown_) return done();
+  const double now = clockSeconds(), seconds = step > 0.0 ? step : clock_ > 0.0 ? now - clock_ : 1.0 / 60.0;
+  clock_ = now;
+  const Result<bool> lit = shown_->update(scene, seconds, shadows);
+  if (!lit) return lit.error();
+  if (*lit) ++last_.number;
+  last_.isSettled = shown_->isSettled();
+  last_.caches = shown_->caches().activeCells();
+  return done();
+}
+
+Status LiveShading::update(const ViewState& state, const std::vector<Light>& lights, const ShadowMaps& shadows,
+                           bool isSlow) {
   if (!state.relight && last_.number > 0) return done();
   std::optional<Result<LitFrame>> found;
+  const LiveScene scene = sceneOf(state, lights);
   if (state.liveStep > 0.0) {
-    job_->followOnce(sceneOf(state, lights), state.liveStep);
+    job_->followOnce(scene, state.liveStep);
     found.emplace(job_->wait());
   } else {
     constexpr double kPatience = 4.0;  // [s]
-    job_->follow(sceneOf(state, lights));
+    job_->follow(scene);
     found = job_->take(isSlow && last_.number == 0 ? kPatience : 0.0);
   }
-  if (!found) return done();
-  if (!*found) return found->error();
-  last_ = std::move(**found);
-  const LiveTexels texels = std::exchange(last_.texels, {});
-  return field_.upload(texels);
+  if (found && !*found) return found->error();
+  if (found) {
+    if (Status ok = show(std::move(**found)); !ok) return ok;
+  }
+  return lightOnGpu(scene, state.liveStep, shadows);
+}
+
+void LiveShading::bind(GLuint program) const {
+  if (shown_) {
+    shown_->caches().setUniforms(program);
+    shown_->caches().bind();
+  } else {
+    field_.setUniforms(program);
+    field_.bind();
+  }
+}
+
+std::vector<PassTime> LiveShading::passTimes() const {
+  std::vector<PassTime> times;
+  for (const PassTime& each : last_.times) {
+    if (!shown_ || each.ms > 0.0) times.push_back(each);
+  }
+  if (shown_) {
+    for (const PassTime& each : shown_->passTimes()) times.push_back(each);
+  }
+  return times;
+}
+
+std::vector<std::pair<std::string, std::size_t>> LiveShading::bufferSizes() const {
+  auto sizes = last_.bytes;
+  if (shown_) {
+    for (auto& [name, bytes] : shown_->caches().bufferSizes()) sizes.emplace_back("OpenGL: " + name, bytes);
+  }
+  return sizes;
 }
 
 }  // namespace relume

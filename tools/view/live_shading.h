@@ -1,46 +1,64 @@
 // SPDX-License-Identifier: MIT
 // A level without a bake in the viewer: its state goes to the thread that finds the light (live_job.h), and what that
-// finds into the textures that the level is drawn with.
+// finds into the textures that the level is drawn with; or that thread finds voxels alone, and OpenGL their light
+// (live_on_gpu.h).
 #pragma once
 
 #include "tools/gl_scene/gl_level.h"
 #include "tools/gl_scene/live_field.h"
 #include "tools/view/live_job.h"
+#include "tools/view/live_on_gpu.h"
 #include "tools/view/loaded_level.h"
 #include "tools/view/view_state.h"
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace relume {
 
 class LiveShading {
  public:
-  // Begins to voxelise the level, which must outlive it. Errors of LiveField.
-  static Result<LiveShading> create(const LoadedLevel& level, const LiveLevelOptions& options);
+  // Begins to voxelise the level, which must outlive it. Errors of LiveField and LiveOnGpu.
+  static Result<LiveShading> create(const LoadedLevel& level, const LiveLevelOptions& options,
+                                    const GetProcAddress& getProcAddress);
 
-  // Other cells or rays: what is shown stays until their light is there.
-  void choose(const LiveLevelOptions& options);
+  // Other cells, rays or another backend: what is shown stays until their light is there. Errors of LiveOnGpu, with
+  // all as it was.
+  Status choose(const LiveLevelOptions& options);
   const LiveLevelOptions& options() const { return options_; }
 
   // Follow a state, and take over what has been found. What was refused comes back once; the light before it stays.
   // isSlow: a frame takes longer to draw than to light, so that the first one waits for its light.
-  Status update(const ViewState& state, const std::vector<Light>& lights, bool isSlow);
+  // shadows: of these lights.
+  Status update(const ViewState& state, const std::vector<Light>& lights, const ShadowMaps& shadows, bool isSlow);
 
-  const LiveField& field() const { return field_; }
-  // The last frame's numbers and costs, without texels; number 0 = none yet.
+  // Bind what a program of makeLiveProgram() reads.
+  void bind(GLuint program) const;
+  // The last frame's numbers, without texels; number 0 = none yet.
   const LitFrame& last() const { return last_; }
+  // What it cost, and what was done once; and what is held.
+  std::vector<PassTime> passTimes() const;
+  std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
 
  private:
-  LiveShading(const LoadedLevel& level, LiveField field)
-      : level_(&level), nodes_(movingNodes(level.scene, Movable::all)), field_(std::move(field)) {}
+  LiveShading(const LoadedLevel& level, LiveField field, GetProcAddress getProcAddress)
+      : level_(&level),
+        nodes_(movingNodes(level.scene, Movable::all)),
+        getProcAddress_(std::move(getProcAddress)),
+        field_(std::move(field)) {}
+  Status show(LitFrame found);
+  Status lightOnGpu(const LiveScene& scene, double step, const ShadowMaps& shadows);
   LiveScene sceneOf(const ViewState& state, const std::vector<Light>& lights) const;
 
   const LoadedLevel* level_;
   std::vector<MovingNode> nodes_;
+  GetProcAddress getProcAddress_;
   LiveField field_;
+  std::optional<LiveOnGpu> shown_, next_;  // in place of the field; next_: has no voxels yet
   LiveLevelOptions options_;
   std::unique_ptr<LiveJob> job_;
+  double clock_ = 0.0;  // [s] of the last frame on the GPU
   LitFrame last_;
 };
 

@@ -29,7 +29,7 @@ bool parseSize(const std::string& text, std::uint32_t& width, std::uint32_t& hei
 
 Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   ViewerOptions o;
-  std::string size = "1280x720", bands;
+  std::string size = "1280x720", bands, liveBackend = "auto";
   std::vector<std::string> emissions;
   CLI::App app{"Fly through a level, move its lights, look at what the relighter does", "relume-view"};
   app.set_version_flag("--version", RELUME_VERSION);
@@ -49,6 +49,11 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
       "--view texels or grid, which show a bake");
   app.add_option("--live-cells", o.live.cells, "cells on the longest side of a level without a bake")
       ->check(CLI::Range(kMinCells, kMaxCells))
+      ->capture_default_str();
+  app.add_option("--live-backend", liveBackend,
+                 "what lights a level without a bake: cpu, gl (shadows by shadow maps, frames on the GPU), or auto, gl "
+                 "where hardware draws")
+      ->check(CLI::IsMember({"auto", "cpu", "gl"}))
       ->capture_default_str();
   app.add_option("--live-rays", o.live.rays, "rays that a cell gathers by in each frame")
       ->check(CLI::Range(8, 4096))
@@ -125,6 +130,8 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   }
   if (!parseSize(size, o.width, o.height))
     return Error{ErrorCode::usage, "--size: WIDTHxHEIGHT of 16..8192 pixels each expected, \"" + size + "\" found"};
+  o.choosesLiveBackend = liveBackend == "auto";
+  o.live.backend = liveBackend == "gl" ? BackendKind::gl : BackendKind::cpu;
   if (!bands.empty()) {
     const std::optional<Bands> named = bandsByName(bands);
     if (!named) return Error{ErrorCode::usage, "--bands: a name such as Y3Co1Cg1 expected, \"" + bands + "\" found"};

@@ -31,6 +31,7 @@ struct ViewerOptions {
   std::vector<std::string> drivenFiles;  // that it names
   bool draft = false;                    // without a bake: make one at preset draft
   LiveLevelOptions live;                 // else
+  bool choosesLiveBackend = true;        // live.backend is to be the faster one of where the window draws
   bool allowStale = false;               // show a bake that is not of this scene
   std::uint32_t width = 1280, height = 720;
   std::uint32_t shadowSize = 2048;

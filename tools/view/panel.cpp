@@ -61,6 +61,9 @@ void liveControls(Session& session) {
     state.live.cells = static_cast<std::uint32_t>(cells);
   constexpr auto kFlags = ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic;
   if (ImGui::SliderInt("rays", &rays, 8, 1024, "%d", kFlags)) state.live.rays = static_cast<std::uint32_t>(rays);
+  int backend = state.live.backend == BackendKind::cpu ? 1 : 0;
+  if (ImGui::Combo("by", &backend, "OpenGL\0CPU\0"))
+    state.live.backend = backend == 1 ? BackendKind::cpu : BackendKind::gl;
   glossControls(session.level->hasGloss, state);
   ImGui::Checkbox("relight", &state.relight);
 }

@@ -352,7 +352,10 @@ void Session::endControls(bool isHeld) {
   if (isHeld) return;
   commit();
   LiveShading* const live = viewer ? viewer->live() : nullptr;
-  if (live && live->options() != state.live) live->choose(state.live);
+  if (!live || live->options() == state.live) return;
+  const Status chosen = live->choose(state.live);
+  if (!chosen) state.live = live->options();
+  messages.check(chosen, now_);
 }
 
 void Session::draw(GLuint framebuffer, std::uint32_t width, std::uint32_t height) {

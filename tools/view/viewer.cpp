@@ -125,7 +125,7 @@ Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSiz
   // The thread of live light has work to do while all else is made ready.
   std::optional<LiveShading> live;
   if (!loaded.isBaked) {
-    auto made = LiveShading::create(loaded, state.live);
+    auto made = LiveShading::create(loaded, state.live, getProcAddress);
     if (!made) return made.error();
     live.emplace(std::move(*made));
   }
@@ -260,7 +260,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   Status lit = done();
   if (live_) {
     constexpr double kSlowMs = 100.0;  // of shadow maps
-    lit = live_->update(state, lights, shadowed - begin > kSlowMs);
+    lit = live_->update(state, lights, shadows_, shadowed - begin > kSlowMs);
   } else if (state.relight) {
     lit = relight(state, lights);
   }
@@ -377,8 +377,7 @@ void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights,
   glUniform2f(27, static_cast<float>(mapSize.x), static_cast<float>(mapSize.y));
   glUniform1i(28, state.gloss ? 1 : 0);
   if (live_) {
-    live_->field().setUniforms(program_.name());
-    live_->field().bind();
+    live_->bind(program_.name());
   } else {
     gl_->gl()->bind();
   }
@@ -405,7 +404,7 @@ std::optional<glm::vec3> Viewer::surfaceAt(const ViewState& state, const glm::ve
 }
 
 std::vector<std::pair<std::string, std::size_t>> Viewer::memory() const {
-  if (live_) return live_->last().bytes;
+  if (live_) return live_->bufferSizes();
   auto held = relighter().bufferSizes();
   if (cpu_) {
     std::size_t drawn = 0;

@@ -208,7 +208,7 @@ class FirstLight {
     std::printf("indirect light after %.2f s:", sum);
     for (const auto& [name, seconds] : steps_) std::printf("  %s %.2f", name, seconds);
     std::printf("; meanwhile, ms:");
-    for (const PassTime& pass : live->last().times) std::printf("  %s %.0f", pass.pass, pass.ms);
+    for (const PassTime& pass : live->passTimes()) std::printf("  %s %.0f", pass.pass, pass.ms);
     std::printf("\n");
     std::fflush(stdout);
   }
@@ -267,7 +267,10 @@ Status runWindow(Scene scene, LevelPtr level, const ViewerOptions& options) {
   if (epoxy_gl_version() < 43)
     return Error{ErrorCode::unsupported, "OpenGL 4.3 expected, " + std::to_string(epoxy_gl_version()) + " found"};
   firstLight.step("window");
-  Session session(std::move(*state), options, glfwGetProcAddress);
+  ViewerOptions chosen = options;
+  if (options.choosesLiveBackend) chosen.live.backend = LiveCachesGl::fasterBackend(glfwGetProcAddress);
+  state->live = chosen.live;
+  Session session(std::move(*state), chosen, glfwGetProcAddress);
   if (level) {
     if (Status ok = session.show(std::move(level)); !ok) return ok;
     std::printf("bands %s\n", session.viewer->bands().c_str());

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// See live_on_gpu.h.
+#include "tools/view/live_on_gpu.h"
+
+#include <algorithm>
+#include <functional>
+#include <thread>
+
+namespace relume {
+
+Result<LiveOnGpu> LiveOnGpu::create(const LiveLevelOptions& options, const GetProcAddress& getProcAddress) {
+  auto caches = LiveCachesGl::create({{options.rays}, getProcAddress, ShadowMaps::glsl(), {}});
+  if (!caches) return caches.error();
+  const unsigned threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
+  return LiveOnGpu(std::move(*caches), threads);
+}
+
+void LiveOnGpu::take(std::unique_ptr<VoxelVolume> volume) {
+  // The threads of the job that has found it go on with the next.
+  volume->useParallelFor([pool = threads_.get()](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
+    pool->run(tasks, body);
+  });
+  volume_ = std::move(volume);
+  isNew_ = true;
+}
+
+Result<bool> LiveOnGpu::update(const LiveScene& scene, double seconds, const ShadowMaps& shadows) {
+  const bool isStill = !isNew_ && last_ && isSame(*last_, scene);
+  if (isStill && isSettled()) return false;
+  if (!isStill) {
+    shadows.setUniforms(caches_.directProgram());
+    shadows.bind();
+    LightSetup setup;
+    setup.lights = scene.lights;
+    if (Status ok = caches_.lightDirectly(*volume_, setup); !ok) return ok.error();
+  }
+  isNew_ = false;
+  last_ = scene;
+  pace_.begin(isStill, seconds);
+  for (int bounce = 0; bounce < std::max(scene.bounces, 1); ++bounce) {
+    if (Status ok = caches_.update(*volume_, pace_.frame(scene, bounce)); !ok) return ok.error();
+  }
+  pace_.end(scene);
+  return true;
+}
+
+}  // namespace relume

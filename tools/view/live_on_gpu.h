@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// Frames of light without a bake in OpenGL, on the window's own thread: voxels come from the thread that finds them
+// (live_job.h), shadows from the window's maps.
+#pragma once
+
+#include "relume/relighter.h"
+#include "relume/result.h"
+#include "runtime/live_gl/live_caches_gl.h"
+#include "tools/base/worker_threads.h"
+#include "tools/gl_scene/shadow_maps.h"
+#include "tools/render/live_level.h"
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace relume {
+
+class LiveOnGpu {
+ public:
+  // Errors of LiveCachesGl.
+  static Result<LiveOnGpu> create(const LiveLevelOptions& options, const GetProcAddress& getProcAddress);
+
+  // Voxels that are lit from now on.
+  void take(std::unique_ptr<VoxelVolume> volume);
+  bool hasVoxels() const { return volume_ != nullptr; }
+  // A frame, `seconds` after the one before; none where light has settled, and false then. Changes program, buffer and
+  // texture bindings that the viewer sets before each draw. Errors of LiveCachesGl.
+  Result<bool> update(const LiveScene& scene, double seconds, const ShadowMaps& shadows);
+  bool isSettled() const { return pace_.isSettled(); }
+
+  const LiveCachesGl& caches() const { return caches_; }
+  // Of the last frame that the GPU has finished.
+  std::vector<PassTime> passTimes() const { return caches_.passTimes(); }
+
+ private:
+  LiveOnGpu(LiveCachesGl caches, unsigned threads)
+      : caches_(std::move(caches)), threads_(std::make_unique<WorkerThreads>(threads)) {}
+
+  LiveCachesGl caches_;
+  std::unique_ptr<WorkerThreads> threads_;  // that find the caches' places
+  std::unique_ptr<VoxelVolume> volume_;
+  bool isNew_ = false;  // the volume: not lit yet
+  std::optional<LiveScene> last_;
+  LivePace pace_;
+};
+
+}  // namespace relume
