@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // relume.h over the C++ API: relighters and their light.
 #include "runtime/c_handles.h"
+#include "runtime/c_setup.h"
 
 #include <algorithm>
 #include <cstring>
@@ -13,26 +14,10 @@ using relume::Result;
 using relume::Status;
 using namespace relume::c;
 
-static_assert(sizeof(glm::vec2) == 2 * sizeof(float) && sizeof(glm::vec3) == 3 * sizeof(float));
+static_assert(sizeof(glm::vec2) == 2 * sizeof(float));
 
-glm::vec3 vec3(const float* v) { return {v[0], v[1], v[2]}; }
-std::span<const glm::vec3> vectors(const float* v, std::size_t count) {
-  return {reinterpret_cast<const glm::vec3*>(v), v == nullptr ? 0 : count};
-}
-std::span<glm::vec3> vectors(float* v, std::size_t count) { return {reinterpret_cast<glm::vec3*>(v), count}; }
 std::span<const glm::vec2> points(const float* v, std::size_t count) {
   return {reinterpret_cast<const glm::vec2*>(v), count};
-}
-
-// The relighter's handle keeps the host. One pointer: std::function allocates nothing for it.
-relume::ParallelFor parallelForOf(const Host& context) {
-  if (context.parallelFor == nullptr) return {};
-  return [host = &context](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
-    const relume_task task = [](void* data, unsigned int index) {
-      (*static_cast<const std::function<void(std::uint32_t)>*>(data))(index);
-    };
-    host->parallelFor(host->user, tasks, task, const_cast<std::function<void(std::uint32_t)>*>(&body));
-  };
 }
 
 }  // namespace
@@ -99,24 +84,7 @@ relume_status relume_relight(relume_relighter* relighter, const relume_light_set
     relume_light_setup read;
     relume_light_setup_default(&read, sizeof read);
     if (Status ok = readStruct(setup, sizeof read.struct_size + 1, "setup", read); !ok) return ok;
-    if (read.lights == nullptr && read.light_count > 0) return nullPointer("setup.lights");
-    relighter->lights.clear();
-    for (std::size_t i = 0; i < read.light_count; ++i) {
-      const relume_light& from = read.lights[i];
-      if (from.kind < RELUME_DIRECTIONAL || from.kind > RELUME_SPOT) {
-        return usage("light setup: lights[" + std::to_string(i) + "].kind is " +
-                     std::to_string(static_cast<int>(from.kind)) + ", expected directional 0, point 1 or spot 2");
-      }
-      relume::Light light;
-      light.kind = static_cast<relume::LightKind>(from.kind);
-      light.intensity = vec3(from.intensity);
-      light.positionWorld = vec3(from.position);
-      light.direction = vec3(from.direction);
-      light.range = from.range;
-      light.innerConeRad = from.inner_cone_radians;
-      light.outerConeRad = from.outer_cone_radians;
-      relighter->lights.push_back(light);
-    }
+    if (Status ok = readLights(read, relighter->lights); !ok) return ok;
     if (read.material_emissions == nullptr && read.material_emission_count > 0)
       return nullPointer("setup.material_emissions");
     relighter->emissions.clear();
@@ -129,14 +97,7 @@ relume_status relume_relight(relume_relighter* relighter, const relume_light_set
     relume::LightSetup frame;
     frame.lights = relighter->lights;
     frame.materialEmissions = relighter->emissions;
-    if (read.visibility != nullptr) {
-      // One pointer: std::function allocates nothing for it.
-      frame.visibilityBatch = [host = &read](std::uint32_t light, std::span<const glm::vec3> position,
-                                             std::span<const glm::vec3> normal, std::span<float> visible) {
-        host->visibility(host->visibility_user, light, static_cast<unsigned int>(position.size()), &position[0].x,
-                         &normal[0].x, visible.data());
-      };
-    }
+    frame.visibilityBatch = visibilityOf(read);
     frame.surfelIrradiance = vectors(read.surfel_irradiance, relighter->surfels);
     frame.surfelEmission = vectors(read.surfel_emission, relighter->surfels);
     frame.skyPatches = vectors(read.sky_patches, relighter->skyPatches);
