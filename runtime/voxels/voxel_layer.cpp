@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // See voxel_layer.h. Each pair of a triangle and a voxel that it overlaps adds the triangle's share of area there; a
-// first sum finds the voxel's axis, a second one what faces each side of it.
+// first sum finds the voxel's axis, a second one what faces each side of it. Sums are of integers, so that batches and
+// threads change nothing.
 #include "runtime/voxels/voxel_layer.h"
 
 #include "runtime/shared/chunks.h"
 #include "runtime/voxels/overlap.h"
+#include "runtime/voxels/voxel_pairs.h"
 
 #include <glm/geometric.hpp>
 
@@ -13,12 +15,12 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
-#include <functional>
 
 namespace relume {
 namespace {
 
 constexpr std::uint32_t kTriangles = 512, kVoxels = 1024;  // of a chunk
+constexpr std::uint32_t kBatch = 1u << 22;                 // triangles whose pairs are held at once
 constexpr int kAlbedoSteps = 4095;
 constexpr double kEmissionSteps = 0x1p+20;
 
@@ -38,61 +40,6 @@ struct SideSums {
   std::array<std::int64_t, 4> nearest{INT64_MAX, INT64_MAX, INT64_MAX, INT64_MAX};
   std::int64_t outermost = INT64_MIN, innermost = INT64_MAX;  // of positions along the axis
 };
-
-template <class Integer>
-void add(Integer& sum, std::int64_t value) {
-  std::atomic_ref<Integer>(sum).fetch_add(static_cast<Integer>(value), std::memory_order_relaxed);
-}
-
-template <class Better>
-void improve(std::int64_t& best, std::int64_t value, const Better& better) {
-  std::atomic_ref<std::int64_t> atomic(best);
-  std::int64_t now = atomic.load(std::memory_order_relaxed);
-  while (better(value, now) && !atomic.compare_exchange_weak(now, value, std::memory_order_relaxed)) {
-  }
-}
-
-// Whether a triangle lies on faces between voxels: it overlaps those on both sides, and has its area on one.
-bool isOnFaces(const SnappedTriangle& t) {
-  for (std::size_t k = 0; k < 3; ++k) {
-    const int at = t.corner[0][k];
-    if (at % kVoxelSteps == 0 && t.corner[1][k] == at && t.corner[2][k] == at) return true;
-  }
-  return false;
-}
-
-// visit(triangle, voxel, share of the triangle's area there, in 1/16 of SnappedTriangle::area, at least 1, whether it
-// merely touches the voxel) for each pair.
-template <class Visit>
-void forPairs(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
-              const Visit& visit) {
-  forChunks(parallelFor, static_cast<std::uint32_t>(triangles.size()), kTriangles,
-            [&](std::uint32_t begin, std::uint32_t end) {
-              struct Part {
-                glm::ivec3 voxel;
-                std::uint32_t covered;
-              };
-              std::vector<Part> parts;
-              for (std::uint32_t t = begin; t < end; ++t) {
-                parts.clear();
-                std::uint32_t sum = 0;
-                const TriangleOverlap overlap(triangles[t]);
-                overlap.visit(grid, [&](const glm::ivec3& v) {
-                  parts.push_back({v, overlap.covered(v)});
-                  sum += parts.back().covered;
-                });
-                const bool onFaces = isOnFaces(triangles[t]);
-                // Small triangles slip between the places: they give all their voxels the same.
-                const auto count = static_cast<std::uint32_t>(parts.size());
-                for (const Part& part : parts) {
-                  const std::uint64_t share =
-                      std::uint64_t{16} * triangles[t].area * (sum > 0 ? part.covered : 1) / (sum > 0 ? sum : count);
-                  visit(triangles[t], part.voxel, static_cast<std::int64_t>(std::max<std::uint64_t>(share, 1)),
-                        onFaces && sum > 0 && part.covered == 0);
-                }
-              }
-            });
-}
 
 glm::ivec3 normalOf(const SnappedTriangle& t) { return {t.normal[0], t.normal[1], t.normal[2]}; }
 
@@ -134,14 +81,62 @@ glm::ivec3 signedBytes(const glm::vec3& axis) {
 }
 
 void addEmission(SideSums& sums, const VoxelSurface& surface, std::int64_t seen, double unit) {
-  add(sums.emitting, seen);
-  if (surface.doubleSided) add(sums.backEmitting, seen);
+  sums.emitting += seen;
+  if (surface.doubleSided) sums.backEmitting += seen;
   for (int k = 0; k < 3; ++k) {
     if (!(surface.emission[k] > 0.0f)) continue;
     const auto emission = static_cast<std::int64_t>(std::floor(double{surface.emission[k]} / unit + 0.5));
-    add(sums.emission[static_cast<std::size_t>(k)], seen * emission);
-    if (surface.doubleSided) add(sums.backEmission[static_cast<std::size_t>(k)], seen * emission);
+    sums.emission[static_cast<std::size_t>(k)] += seen * emission;
+    if (surface.doubleSided) sums.backEmission[static_cast<std::size_t>(k)] += seen * emission;
   }
+}
+
+void addMoment(const SnappedTriangle& t, std::int64_t share, Moment& m) {
+  const glm::ivec3 n = normalOf(t);
+  m[0] += share * n.x * n.x;
+  m[1] += share * n.y * n.y;
+  m[2] += share * n.z * n.z;
+  m[3] += share * n.x * n.y;
+  m[4] += share * n.y * n.z;
+  m[5] += share * n.z * n.x;
+}
+
+// What a triangle adds to both sides of a voxel with this axis. [127 times the unit vector]
+void addSides(const SnappedTriangle& t, std::uint32_t triangle, const VoxelSurface& surface, const glm::ivec3& v,
+              const glm::ivec3& axis, const VoxelPair& pair, double emissionUnit, std::span<SideSums, 2> sides) {
+  const std::int64_t share = pair.share;
+  const glm::ivec3 n = normalOf(t), place = placeIn(t, v, glm::ivec3(0));
+  const int cosine = n.x * axis.x + n.y * axis.y + n.z * axis.z;
+  SideSums &s = sides[cosine >= 0 ? 0 : 1], &other = sides[cosine >= 0 ? 1 : 0];
+  const std::int64_t weight = std::max<std::int64_t>(share * std::abs(cosine) / (127 * 127), 1);
+  s.weight += weight;
+  s.area += share;
+  if (pair.touches == 0) ++s.within;
+  // Where two walls meet one hides nothing of the other; of a lamp's small triangles half are behind others.
+  constexpr std::int64_t kWall = 4 * kVoxelSteps * kVoxelSteps;  // an eighth of a voxel's face
+  const std::int64_t seen = share >= kWall ? share : weight;
+  for (int k = 0; k < 3; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    s.normal[i] += weight * n[k];
+    s.position[i] += weight * place[k];
+    s.albedo[i] += weight * static_cast<std::int64_t>(std::floor(surface.albedo[k] * float{kAlbedoSteps} + 0.5f));
+  }
+  // What stands across is seen from both sides.
+  const bool isAcross = 8 * std::abs(cosine) < 127 * 127;
+  (isAcross ? s.across : s.facing) += share;
+  if (isAcross) other.across += share;
+  if (surface.emission != glm::vec3(0.0f)) {
+    addEmission(s, surface, seen, emissionUnit);
+    if (isAcross) addEmission(other, surface, seen, emissionUnit);
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    const glm::ivec3 off = placeIn(t, v, kSubCentres[i]) - kSubCentres[i];
+    s.nearest[i] = std::min(s.nearest[i],
+                            std::int64_t{off.x * off.x + off.y * off.y + off.z * off.z} << 32 | std::int64_t{triangle});
+  }
+  const std::int64_t along = place.x * axis.x + place.y * axis.y + place.z * axis.z;
+  s.outermost = std::max(s.outermost, along);
+  s.innermost = std::min(s.innermost, along);
 }
 
 // The places at which direct light is found, each once.
@@ -255,81 +250,53 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
   for (const VoxelSurface& s : surfaces) brightest = std::max({brightest, s.emission.x, s.emission.y, s.emission.z});
   const double emissionUnit = brightest > 0.0f ? double{brightest} / kEmissionSteps : 1.0;
 
+  // Calls visit(number, pairs) for each voxel and batch of triangles. One batch's pairs are found once for both passes.
+  const auto count = static_cast<std::uint32_t>(triangles.size());
+  VoxelPairs pairs;
+  const auto forVoxels = [&](const auto& visit) {
+    for (std::uint32_t first = 0; first < count; first += kBatch) {
+      if (count > kBatch || pairs.begin.empty())
+        pairs = findPairs(grid, triangles, first, first + std::min(count - first, kBatch), parallelFor, layer);
+      forChunks(parallelFor, layer.kept, kVoxels, [&](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t number = begin; number < end; ++number) visit(number, pairs.of(number));
+      });
+    }
+  };
+  for (std::uint32_t c = 0; c < layer.bits.size(); ++c) {
+    std::uint32_t number = layer.first[c];
+    for (std::uint64_t rest = layer.bits[c]; rest != 0 && number < layer.kept; rest &= rest - 1, ++number)
+      layer.voxel[number] = kBrickSide * grid.cellAt(c) + voxelOfBit(std::countr_zero(rest));
+  }
+
   // 1. The axis of each voxel: the moment's column with the largest diagonal element
   std::vector<Moment> moment(layer.kept, Moment{});
-  forPairs(grid, triangles, parallelFor, [&](const SnappedTriangle& t, const glm::ivec3& v, std::int64_t share, bool) {
-    const std::uint32_t number = layer.numberOf(grid, v);
-    if (number >= layer.kept || !layer.has(grid, v)) return;
-    const glm::ivec3 n = normalOf(t);
-    Moment& m = moment[number];
-    add(m[0], share * n.x * n.x);
-    add(m[1], share * n.y * n.y);
-    add(m[2], share * n.z * n.z);
-    add(m[3], share * n.x * n.y);
-    add(m[4], share * n.y * n.z);
-    add(m[5], share * n.z * n.x);
+  forVoxels([&](std::uint32_t number, std::span<const VoxelPair> found) {
+    for (const VoxelPair& pair : found) addMoment(triangles[pair.triangle], pair.share, moment[number]);
   });
   for (std::uint32_t i = 0; i < layer.kept; ++i) layer.axis[i] = glm::vec3(axisOf(moment[i]));
 
   // 2. What faces each side
   std::vector<SideSums> sums(2 * std::size_t{layer.kept});
-  const auto addTo = [&](const SnappedTriangle& t, const glm::ivec3& v, std::int64_t share, bool touches) {
-    const std::uint32_t number = layer.numberOf(grid, v);
-    if (number >= layer.kept || !layer.has(grid, v)) return;
-    const glm::ivec3 n = normalOf(t), axis = signedBytes(layer.axis[number]), place = placeIn(t, v, glm::ivec3(0));
-    const int cosine = n.x * axis.x + n.y * axis.y + n.z * axis.z;
-    SideSums& s = sums[2 * std::size_t{number} + (cosine >= 0 ? 0 : 1)];
-    const std::int64_t weight = std::max<std::int64_t>(share * std::abs(cosine) / (127 * 127), 1);
-    add(s.weight, weight);
-    add(s.area, share);
-    if (!touches) add(s.within, 1);
-    // Where two walls meet one hides nothing of the other; of a lamp's small triangles half are behind others.
-    constexpr std::int64_t kWall = 4 * kVoxelSteps * kVoxelSteps;  // an eighth of a voxel's face
-    const std::int64_t seen = share >= kWall ? share : weight;
-    const VoxelSurface& surface = surfaces[t.surface];
-    for (int k = 0; k < 3; ++k) {
-      const auto i = static_cast<std::size_t>(k);
-      add(s.normal[i], weight * n[k]);
-      add(s.position[i], weight * place[k]);
-      add(s.albedo[i], weight * static_cast<std::int64_t>(std::floor(surface.albedo[k] * float{kAlbedoSteps} + 0.5f)));
+  forVoxels([&](std::uint32_t number, std::span<const VoxelPair> found) {
+    const std::span<SideSums, 2> sides(&sums[2 * std::size_t{number}], 2);
+    const glm::ivec3 axis = signedBytes(layer.axis[number]);
+    for (const VoxelPair& pair : found) {
+      const SnappedTriangle& t = triangles[pair.triangle];
+      addSides(t, pair.triangle, surfaces[t.surface], layer.voxel[number], axis, pair, emissionUnit, sides);
     }
-    // What stands across is seen from both sides.
-    SideSums& other = sums[2 * std::size_t{number} + (cosine >= 0 ? 1 : 0)];
-    const bool isAcross = 8 * std::abs(cosine) < 127 * 127;
-    add(isAcross ? s.across : s.facing, share);
-    if (isAcross) add(other.across, share);
-    if (surface.emission != glm::vec3(0.0f)) {
-      addEmission(s, surface, seen, emissionUnit);
-      if (isAcross) addEmission(other, surface, seen, emissionUnit);
-    }
-    const std::int64_t triangle = &t - triangles.data();
-    for (std::size_t i = 0; i < 4; ++i) {
-      const glm::ivec3 off = placeIn(t, v, kSubCentres[i]) - kSubCentres[i];
-      improve(s.nearest[i], std::int64_t{off.x * off.x + off.y * off.y + off.z * off.z} << 32 | triangle,
-              std::less<>());
-    }
-    const std::int64_t along = place.x * axis.x + place.y * axis.y + place.z * axis.z;
-    improve(s.outermost, along, std::greater<>());
-    improve(s.innermost, along, std::less<>());
-  };
-  forPairs(grid, triangles, parallelFor, addTo);
+  });
 
   // 3. Means
-  forChunks(parallelFor, static_cast<std::uint32_t>(layer.bits.size()), kVoxels,
-            [&](std::uint32_t begin, std::uint32_t end) {
-              for (std::uint32_t c = begin; c < end; ++c) {
-                std::uint32_t number = layer.first[c];
-                for (std::uint64_t rest = layer.bits[c]; rest != 0 && number < layer.kept; rest &= rest - 1, ++number) {
-                  const glm::ivec3 voxel = kBrickSide * grid.cellAt(c) + voxelOfBit(std::countr_zero(rest));
-                  const SideSums &front = sums[2 * std::size_t{number}], &back = sums[2 * std::size_t{number} + 1];
-                  layer.voxel[number] = voxel;
-                  layer.side[2 * std::size_t{number}] =
-                      finish(grid, triangles, voxel, layer.axis[number], front, back, true, emissionUnit);
-                  layer.side[2 * std::size_t{number} + 1] =
-                      finish(grid, triangles, voxel, layer.axis[number], back, front, false, emissionUnit);
-                }
-              }
-            });
+  forChunks(parallelFor, layer.kept, kVoxels, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t number = begin; number < end; ++number) {
+      const glm::ivec3& voxel = layer.voxel[number];
+      const glm::vec3& axis = layer.axis[number];
+      VoxelSide* const side = &layer.side[2 * std::size_t{number}];
+      const SideSums &front = sums[2 * std::size_t{number}], &back = sums[2 * std::size_t{number} + 1];
+      side[0] = finish(grid, triangles, voxel, axis, front, back, true, emissionUnit);
+      side[1] = finish(grid, triangles, voxel, axis, back, front, false, emissionUnit);
+    }
+  });
 }
 
 bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty,
