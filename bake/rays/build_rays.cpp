@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Builds the acceleration structure. Every instance that rays meet becomes a triangle geometry in world space, which
-// traces fastest. In levels whose instances have more than kFlattenLimit triangles together, instances of a mesh share
-// one structure instead. Embree's geometry (or instance) id is the index into State::instance. Vertices come from
-// Scene::corners(), so that barycentrics are in its winding by construction. Levels far from the origin are traced
-// relative to their centre, where floats are dense.
+// traces fastest. In large levels whose instances have several times as many triangles as their meshes, and in the
+// largest ones whatever their meshes have, instances of a mesh share one structure instead. Embree's geometry (or
+// instance) id is the index into State::instance. Vertices come from Scene::corners(), so that barycentrics are in its
+// winding by construction. Levels far from the origin are traced relative to their centre, where floats are dense.
 #include "bake/rays/ray_tracer_name.h"
 #include "bake/rays/ray_tracer_state.h"
 
@@ -22,10 +22,13 @@
 namespace relume {
 namespace {
 
-constexpr std::uint64_t kFlattenLimit = 1u << 24;  // [triangles] above it, meshes with several instances are shared
 constexpr std::uint64_t kMaxBundleTriangles = 1u << 22;  // 64 bytes each; levels with more trace packets
-static_assert(kMaxBundleTriangles <= kFlattenLimit);     // their vertices are in the world's space
-constexpr float kFarCentre = 16.0f;  // a level this many of its own sizes from the origin is recentred
+// [triangles] Above the first, meshes with several instances are shared where that leaves a quarter of them at most;
+// above the second always. A shared structure takes no memory for each instance, and is traced more slowly; triangles
+// of it that overlap are not told apart.
+constexpr std::uint64_t kShareLimit = kMaxBundleTriangles, kFlattenLimit = 1u << 24, kWorthSharing = 4;
+static_assert(kMaxBundleTriangles <= kShareLimit);  // the vertices of bundles are in the world's space
+constexpr float kFarCentre = 16.0f;                 // a level this many of its own sizes from the origin is recentred
 
 // Let rays through the texels that the alpha test cuts out.
 void alphaFilter(const RTCFilterFunctionNArguments* args) {
@@ -116,8 +119,11 @@ bool isMet(const Scene& scene, const Instance& instance, RayGeometry geometry) {
 // World bounds of the triangles that rays meet, their number, and how many such instances each mesh has.
 struct Survey {
   glm::vec3 min{std::numeric_limits<float>::infinity()}, max{-std::numeric_limits<float>::infinity()};
-  std::uint64_t triangles = 0;
-  std::vector<std::uint32_t> uses;  // [Size meshes]
+  std::uint64_t triangles = 0, ofMeshes = 0;  // of all such instances; of their meshes, each once
+  std::vector<std::uint32_t> uses;            // [Size meshes]
+  bool isShared() const {
+    return triangles > kFlattenLimit || (triangles > kShareLimit && triangles >= kWorthSharing * ofMeshes);
+  }
 };
 
 Survey survey(const Scene& scene, RayGeometry geometry) {
@@ -127,7 +133,7 @@ Survey survey(const Scene& scene, RayGeometry geometry) {
     const Mesh& mesh = scene.meshes[instance.mesh];
     if (!isMet(scene, instance, geometry)) continue;
     s.triangles += mesh.triangle.size();
-    ++s.uses[instance.mesh];
+    if (s.uses[instance.mesh]++ == 0) s.ofMeshes += mesh.triangle.size();
     for (const glm::uvec3& triangle : mesh.triangle) {
       for (int c = 0; c < 3; ++c) {
         const glm::vec3 p = instance.toWorld * glm::vec4(mesh.position[triangle[c]], 1.0f);
@@ -212,7 +218,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
                              std::numeric_limits<float>::min());
 
   // Add the instances, in their order.
-  const bool share = level.triangles > kFlattenLimit;
+  const bool share = level.isShared();
   const bool hasBundles = structure == RayStructure::bundles && level.triangles <= kMaxBundleTriangles;
   const RTCBuildQuality quality = structure == RayStructure::quick ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_HIGH;
   std::map<std::pair<std::uint32_t, bool>, RTCScene> sharedOf;  // by mesh and winding
