@@ -208,8 +208,10 @@ void LiveCachesGl::State::carry(const CellSet& next, const std::vector<std::uint
 void LiveCachesGl::State::writeSides(const VoxelVolume& volume, bool hasStanding) {
   const VolumeGrid& grid = volume.grid();
   const std::size_t standing = volume.standingSides(), all = volume.sideCount();
-  const bool grown = sideBuffer.reserve(48 * all) | samples.reserve(32 * all) | voxelBuffer.reserve(4 * all) |
-                     direct.reserve(16 * all) | stencils.reserve(20 * all);
+  bool grown = false;
+  const std::pair<GrowingBuffer*, std::size_t> buffers[] = {
+      {&sideBuffer, 48}, {&samples, 32}, {&voxelBuffer, 4}, {&direct, 16}, {&stencils, 20}};
+  for (const auto& [buffer, bytes] : buffers) grown = buffer->reserve(bytes * all) || grown;
   radiance.reserve(rowsOf(all, RELUME_LIVE_SIDES_A_ROW));
   const auto write = [&](const VoxelLayer& layer, std::size_t first) {
     const PackedLayer packed(grid, layer);

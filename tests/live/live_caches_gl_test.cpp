@@ -77,7 +77,7 @@ class LiveCachesOnGl : public GlTest {
     for (std::size_t c = 0; c + 27 <= found.size(); c += 27) {
       float most = 0.0f, first = 1e-6f;
       for (std::size_t k = 0; k < 27; ++k) most = std::max(most, std::abs(found[c + k] - cpu.coefficients()[c + k]));
-      for (const std::size_t k : {0, 9, 18}) first = std::max(first, std::abs(cpu.coefficients()[c + k]));
+      for (const std::size_t k : {0u, 9u, 18u}) first = std::max(first, std::abs(cpu.coefficients()[c + k]));
       if (!(most <= 2e-3f * first)) ++off;
     }
     return off;
