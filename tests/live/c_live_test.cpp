@@ -177,8 +177,8 @@ TEST_F(CLive, whatIsRefusedHasAText) {
   refused("struct_size");
   desc_.struct_size = sizeof desc_;
   ASSERT_EQ(relume_live_create(host_, &desc_, &live), RELUME_OK) << relume_context_error(host_);
-  lamp_.kind = static_cast<relume_light_kind>(7);
-  expectRefused(relume_live_update(live, &setup_, nullptr), "kind is 7", live);
+  lamp_.kind = static_cast<relume_light_kind>(3);
+  expectRefused(relume_live_update(live, &setup_, nullptr), "kind is 3", live);
   lamp_.kind = RELUME_POINT;
   EXPECT_EQ(relume_live_update(live, &setup_, nullptr), RELUME_OK);
   expectRefused(relume_live_move(live, nullptr, 1), "to_world", live);
