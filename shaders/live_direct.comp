@@ -3,7 +3,7 @@
 // host_visibility.glsl is the host's LiveCachesGlOptions::visibilityGlsl.
 #include "shared/layout.h"
 #include "lib/direct_light.glsl"
-#include "lib/live_sides.glsl"
+#include "lib/live_threads.glsl"
 #include "host_visibility.glsl"
 
 layout(std430, binding = RELUME_LIVE_SLOT_SAMPLES) readonly buffer Samples { uvec4 sampleWord[]; };
@@ -36,8 +36,8 @@ vec3 lightAt(uvec2 word, vec3 middle) {
 }
 
 void main() {
-  uint s = relumeLiveSide();
-  if (s >= relumeLiveSides) return;
+  uint s = relumeLiveThread();
+  if (s >= relumeLiveThreads) return;
   uint at = voxelWord[s / 2u].y;
   vec3 middle = vec3(at & 1023u, at >> 10 & 1023u, at >> 20) + 0.5;
   uvec4 first = sampleWord[2u * s], second = sampleWord[2u * s + 1u];

@@ -2,11 +2,10 @@
 // All caches gather what their rays meet in the volume: LiveCaches::gather(), which a test compares. Rays are the same
 // for all caches. RELUME_LANES threads share a cache.
 #include "shared/layout.h"
+#include "lib/live_threads.glsl"
 #include "lib/live_volume.glsl"
 #define RELUME_SH_BANDS 3
 #include "lib/sh.glsl"
-
-layout(local_size_x = RELUME_LIVE_GROUP) in;
 
 layout(binding = RELUME_LIVE_UNIT_MOVING) uniform usampler3D relumeLiveMoving;    // bits in x and y; first number
 layout(binding = RELUME_LIVE_UNIT_RAYS) uniform sampler2D relumeLiveRays;         // directions; the sky along them
@@ -14,7 +13,7 @@ layout(binding = RELUME_LIVE_UNIT_RADIANCE) uniform sampler2D relumeLiveRadiance
 layout(rgba32f, binding = 0) uniform image2D lightImage;
 layout(std430, binding = RELUME_LIVE_SLOT_CACHES) readonly buffer Caches { uint cacheVoxel[]; };
 
-uniform uint relumeLiveCaches, relumeLiveRayCount;
+uniform uint relumeLiveRayCount;
 uniform uint relumeLiveMoves;  // 0 = nothing moves
 uniform uvec2 relumeLiveKept;  // voxels with sides: standing ones, and all
 uniform float relumeLiveKeep;  // share of what a cache has that stays
@@ -109,8 +108,8 @@ vec3 radianceOf(ivec3 v, vec3 way) {
 }
 
 void main() {
-  uint cache = gl_GlobalInvocationID.x / uint(RELUME_LANES), lane = gl_GlobalInvocationID.x % uint(RELUME_LANES);
-  bool isCache = cache < relumeLiveCaches;
+  uint thread = relumeLiveThread(), cache = thread / uint(RELUME_LANES), lane = thread % uint(RELUME_LANES);
+  bool isCache = thread < relumeLiveThreads;
   ivec2 to = ivec2(7u * (cache % uint(RELUME_LIVE_CACHES_A_ROW)), cache / uint(RELUME_LIVE_CACHES_A_ROW));
   vec3 c[9];
   for (int k = 0; k < 9; ++k) c[k] = vec3(0.0);

@@ -4,7 +4,7 @@
 #include "shared/layout.h"
 #include "lib/live_volume.glsl"
 #include "lib/live_read.glsl"
-#include "lib/live_sides.glsl"
+#include "lib/live_threads.glsl"
 
 layout(std430, binding = RELUME_LIVE_SLOT_SIDES) readonly buffer Sides { vec4 side[]; };
 layout(std430, binding = RELUME_LIVE_SLOT_STENCILS) readonly buffer Stencils { uint stencil[]; };
@@ -30,8 +30,8 @@ vec3 bounced(uint s, vec3 n) {
 }
 
 void main() {
-  uint s = relumeLiveSide();
-  if (s >= relumeLiveSides) return;
+  uint s = relumeLiveThread();
+  if (s >= relumeLiveThreads) return;
   vec4 a = side[3u * s], b = side[3u * s + 1u], c = side[3u * s + 2u];
   vec3 e = direct[s].rgb;
   if (relumeBounceScale > 0.0) e += relumeBounceScale * bounced(s, b.xyz);

@@ -3,14 +3,14 @@
 // cell of corner 0, counted from -2 on, and the others the weights of the eight corners.
 #include "shared/layout.h"
 #include "lib/live_stencil.glsl"
-#include "lib/live_sides.glsl"
+#include "lib/live_threads.glsl"
 
 layout(std430, binding = RELUME_LIVE_SLOT_SIDES) readonly buffer Sides { vec4 side[]; };
 layout(std430, binding = RELUME_LIVE_SLOT_STENCILS) writeonly buffer Stencils { uint stencil[]; };
 
 void main() {
-  uint s = relumeLiveSide();
-  if (s >= relumeLiveSides) return;
+  uint s = relumeLiveThread();
+  if (s >= relumeLiveThreads) return;
   ivec3 first;
   uint slot[8];
   float weight[8];

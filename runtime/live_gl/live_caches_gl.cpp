@@ -110,11 +110,11 @@ struct LiveCachesGl::State {
     gl_.ProgramUniform1f(program, gl_.GetUniformLocation(program, "relumeLiveVoxel"), follows ? grid.voxel : 0.0f);
     gl_.ProgramUniform3ui(program, gl_.GetUniformLocation(program, "relumeLiveSize"), size.x, size.y, size.z);
   }
-  // A thread for each side.
-  void overSides(const gl::Program& program) const {
-    set(program, "relumeLiveSides", sides);
+  // So many threads of a program.
+  void dispatch(const gl::Program& program, std::uint32_t threads) const {
+    set(program, "relumeLiveThreads", threads);
     gl_.UseProgram(program.get());
-    const std::uint32_t groups = rowsOf(sides, RELUME_LIVE_GROUP);
+    const std::uint32_t groups = rowsOf(threads, RELUME_LIVE_GROUP);
     if (groups > 0)
       gl_.DispatchCompute(std::min<std::uint32_t>(groups, RELUME_LIVE_MAX_GROUPS),
                           rowsOf(groups, RELUME_LIVE_MAX_GROUPS), 1);
@@ -195,10 +195,7 @@ void LiveCachesGl::State::carry(const CellSet& next, const std::vector<std::uint
   carried.bind(RELUME_LIVE_SLOT_CARRY);
   light.bind(RELUME_LIVE_UNIT_LIGHT);
   otherLight.bindImage(0, GL_WRITE_ONLY);
-  const auto count = static_cast<std::uint32_t>(from.size());
-  set(carryProgram, "relumeLiveCaches", count);
-  gl_.UseProgram(carryProgram.get());
-  if (count > 0) gl_.DispatchCompute(rowsOf(count, RELUME_LIVE_GROUP), 1, 1);
+  dispatch(carryProgram, static_cast<std::uint32_t>(from.size()));
   std::swap(light, otherLight);
   isReadBack = false;
   otherLight.reserve(rowsOf(from.size(), RELUME_LIVE_CACHES_A_ROW));  // for the next time
@@ -244,7 +241,7 @@ void LiveCachesGl::State::findStencils() {
   sideBuffer.bind(RELUME_LIVE_SLOT_SIDES);
   stencils.bind(RELUME_LIVE_SLOT_STENCILS);
   setGrid(stencilProgram.get());
-  overSides(stencilProgram);
+  dispatch(stencilProgram, sides);
 }
 
 // Take over what has changed of the volume, as LiveCaches::follow().
@@ -296,7 +293,7 @@ void LiveCachesGl::State::reflect(const LiveFrame& frame) {
   direct.bind(RELUME_LIVE_SLOT_DIRECT);
   set(reflectProgram, "relumeBounceScale", frame.bounceScale);
   set(reflectProgram, "relumeEmissionScale", frame.emissionScale);
-  overSides(reflectProgram);
+  dispatch(reflectProgram, sides);
 }
 
 void LiveCachesGl::State::gather(const LiveFrame& frame) {
@@ -315,14 +312,12 @@ void LiveCachesGl::State::gather(const LiveFrame& frame) {
   cacheVoxels.bind(RELUME_LIVE_SLOT_CACHES);
   const auto caches = static_cast<std::uint32_t>(cells.active.size());
   setGrid(gatherProgram.get());
-  set(gatherProgram, "relumeLiveCaches", caches);
   set(gatherProgram, "relumeLiveRayCount", options.raysPerCell);
   set(gatherProgram, "relumeLiveMoves", moves ? 1u : 0u);
   gl_.ProgramUniform2ui(gatherProgram.get(), gl_.GetUniformLocation(gatherProgram.get(), "relumeLiveKept"),
                         standingKept, sides / 2);
   set(gatherProgram, "relumeLiveKeep", frame.keep);
-  gl_.UseProgram(gatherProgram.get());
-  if (caches > 0) gl_.DispatchCompute(rowsOf(caches, RELUME_LIVE_GROUP / static_cast<std::uint32_t>(lanes)), 1, 1);
+  dispatch(gatherProgram, caches * static_cast<std::uint32_t>(lanes));
 }
 
 Result<LiveCachesGl> LiveCachesGl::create(const LiveCachesGlOptions& options) {
@@ -362,7 +357,7 @@ Status LiveCachesGl::lightDirectly(const VoxelVolume& volume, const LightSetup& 
     s.setGrid(s.directProgram.get());
     s.set(s.directProgram, "relumeLightCount", static_cast<std::uint32_t>(s.packedLights.size()));
     s.directTimer.mark(0);
-    s.overSides(s.directProgram);
+    s.dispatch(s.directProgram, s.sides);
     s.directTimer.mark(1);
     s.directTimer.endFrame();
     s.waitForAll();
