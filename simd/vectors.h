@@ -179,10 +179,13 @@ inline Floats limitSize(Floats a, Floats limit) {
 inline FloatsOf<16> roughInverseSqrt(FloatsOf<16> v) { return (FloatsOf<16>)_mm512_maskz_rsqrt14_ps(kAll, (__m512)v); }
 #endif
 
-// 1 / sqrt(v) to about 23 bits: the processor's estimate and one step of Newton's.
+// 1 / sqrt(v) to about 23 bits: with 8 and 16 lanes the processor's estimate, whose last bits are each maker's own, and
+// one step of Newton's. With 4 lanes the quotient itself, the same on every processor: certificates are made by them.
 template <class Floats>
 inline Floats inverseSqrt(Floats v) {
-  const auto refined = [&v](Floats e) __attribute__((always_inline)) { return e * (1.5f - 0.5f * v * e * e); };
+  [[maybe_unused]] const auto refined = [&v](Floats e) __attribute__((always_inline)) {
+    return e * (1.5f - 0.5f * v * e * e);
+  };
 #if defined(__AVX512F__)
   if constexpr (sizeof(Floats) == 64) return refined(roughInverseSqrt(v));
 #endif
@@ -190,14 +193,13 @@ inline Floats inverseSqrt(Floats v) {
   if constexpr (sizeof(Floats) == 32) return refined((Floats)_mm256_rsqrt_ps((__m256)v));
 #endif
 #if defined(__SSE2__)
-  if constexpr (sizeof(Floats) == 16) return refined((Floats)_mm_rsqrt_ps((__m128)v));
+  if constexpr (sizeof(Floats) == 16) return (Floats)_mm_div_ps(_mm_set1_ps(1.0f), _mm_sqrt_ps((__m128)v));
 #elif defined(__wasm_simd128__)
-  // There is no estimate; the quotient needs no step.
   if constexpr (sizeof(Floats) == 16) return (Floats)wasm_f32x4_div(wasm_f32x4_splat(1.0f), wasm_f32x4_sqrt((v128_t)v));
 #endif
-  Floats e;
-  for (int i = 0; i < kLanesOf<Floats>; ++i) e[i] = 1.0f / __builtin_sqrtf(v[i]);
-  return refined(e);
+  Floats inverse;
+  for (int i = 0; i < kLanesOf<Floats>; ++i) inverse[i] = 1.0f / __builtin_sqrtf(v[i]);
+  return inverse;
 }
 
 // The half in the low 16 bits of each lane; the others are ignored.

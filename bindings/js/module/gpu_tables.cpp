@@ -4,6 +4,7 @@
 #include "formats/compact_links.h"
 #include "runtime/c_handles.h"
 #include "runtime/shared/bands.h"
+#include "runtime/shared/link_set.h"
 #include "runtime/shared/pack_color.h"
 #include "runtime/shared/pack_surfel.h"
 #include "runtime/shared/shader_text.h"
@@ -15,6 +16,7 @@
 #include <bit>
 #include <cstdint>
 #include <memory>
+#include <memory_resource>
 #include <new>
 #include <string>
 #include <vector>
@@ -25,6 +27,7 @@ struct Tables {
   std::vector<relume::SurfelWords> surfels;
   std::vector<glm::vec4> emission;  // few surfels emit, so that rounding would show
   std::vector<std::array<std::uint32_t, 4>> tree, cones;
+  std::vector<std::uint32_t> heads;  // of links whose f the CPU backend rounds
   std::vector<std::uint32_t> words;  // of relume_web_tables()
 };
 
@@ -43,6 +46,16 @@ std::vector<std::array<std::uint32_t, 4>> treeOf(const relume::Hierarchy& h) {
     }
   }
   return tree;
+}
+
+// Heads of links with the f that the CPU backend reads; none where that is the bake's own.
+std::vector<std::uint32_t> roundedHeads(const relume::Links& links) {
+  const relume::LinkSet set(links, std::pmr::get_default_resource());
+  const relume::LinkRows rows = set.rows();
+  if (rows.kind != relume::kRepackedLinks) return {};
+  std::vector<std::uint32_t> heads(links.count());
+  for (std::uint32_t i = 0; i < links.count(); ++i) heads[i] = links.node(i) | std::uint32_t{rows.transfer[i]} << 24;
+  return heads;
 }
 
 std::uint32_t addressOf(const void* data) { return reinterpret_cast<std::uint32_t>(data); }
@@ -75,6 +88,7 @@ Tables* relume_web_make_tables(const relume_bake* handle) try {
     tables->emission.push_back(glm::vec4(surfels.emission[s], 0.0f));
   tables->tree = treeOf(hierarchy);
   const relume::Links& links = bake.links;
+  tables->heads = roundedHeads(links);
   for (const relume::ConeLink& cone : links.cone)
     tables->cones.push_back({cone.node, cone.transfer | std::uint32_t{cone.cosAlpha} << 16, cone.direction, 0});
 
@@ -89,7 +103,8 @@ Tables* relume_web_make_tables(const relume_bake* handle) try {
   add(tables->tree.data(), tables->tree.size());
   add(hierarchy.levelBegin.data(), hierarchy.levelBegin.size());
   add(links.rowBegin.data(), links.rowBegin.size());
-  add(links.head.data(), links.head.size());
+  const std::uint32_t* heads = tables->heads.empty() ? links.head.data() : tables->heads.data();
+  add(heads, links.head.size());
   add(links.shape.data(), links.shape.size());
   add(tables->cones.data(), tables->cones.size());
   add(links.shNode.data(), links.shNode.size());
