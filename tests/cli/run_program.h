@@ -44,8 +44,8 @@ class Program {
     std::vector<char*> argv = {const_cast<char*>(RELUME_BINARY)};
     for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
     argv.push_back(nullptr);
-    if (inChild) inChild();
     if (!std::freopen(out_.c_str(), "wb", stdout) || !std::freopen(err_.c_str(), "wb", stderr)) ::_exit(126);
+    if (inChild) inChild();
     ::execv(RELUME_BINARY, argv.data());
     ::_exit(127);
   }
