@@ -2,14 +2,13 @@
 // See chunks.h.
 #include "formats/chunks.h"
 
+#include "formats/decimal.h"
 #include "formats/packed_chunks.h"
 
 #include <xxhash.h>
 
 #include <algorithm>
 #include <bit>
-#include <cinttypes>
-#include <cstdio>
 #include <cstring>
 #include <optional>
 
@@ -52,12 +51,6 @@ Error expectedFound(const std::string& what, const std::string& expected, const 
 
 Error expectedFound(const std::string& what, std::uint64_t expected, std::uint64_t found) {
   return expectedFound(what, std::to_string(expected), std::to_string(found));
-}
-
-std::string hex(std::uint64_t value) {
-  char text[20];
-  std::snprintf(text, sizeof(text), "%016" PRIx64, value);
-  return text;
 }
 
 constexpr std::uint64_t alignUp(std::uint64_t offset) {
@@ -141,7 +134,7 @@ Result<ChunkInfo> readRow(const TableRow& row, std::size_t index, bool packed) {
     return expectedFound("chunk " + info.name + " size",
                          std::to_string(rows) + " x " + std::to_string(columns) + " " + toString(info.type) + " of " +
                              std::to_string(size) + " bytes" +
-                             (row.coding != 0 ? ", packed by coding " + hex(row.coding) : ""),
+                             (row.coding != 0 ? ", packed by coding " + hexadecimal(row.coding) : ""),
                          std::to_string(row.bytes) + " bytes");
   return info;
 }
@@ -276,7 +269,7 @@ Result<std::pmr::vector<Chunk>> readChunks(std::span<const std::byte> file, std:
   }
   if (end != file.size()) return expectedFound("file: bytes after the last chunk", end, file.size());
   if (const std::uint64_t hash = hashTable(*header, tableBytes, memory); hash != header->tableHash)
-    return expectedFound("header and chunk table checksum", hex(header->tableHash), hex(hash));
+    return expectedFound("header and chunk table checksum", hexadecimal(header->tableHash), hexadecimal(hash));
   return chunks;
 }
 
@@ -297,7 +290,7 @@ bool isPacked(std::span<const std::byte> file) { return kBakeFileType.isPacked(v
 Status verifyChunks(std::span<const Chunk> chunks) {
   for (const Chunk& chunk : chunks) {
     if (const std::uint64_t hash = hashOf(chunk.data); hash != chunk.info.hash)
-      return expectedFound("chunk " + chunk.info.name + " checksum", hex(chunk.info.hash), hex(hash));
+      return expectedFound("chunk " + chunk.info.name + " checksum", hexadecimal(chunk.info.hash), hexadecimal(hash));
   }
   return done();
 }

@@ -4,6 +4,7 @@
 // Whole numbers are safe in std::to_string.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 namespace relume {
@@ -15,5 +16,7 @@ std::string decimal(float value);
 std::string decimalGeneral(double value, int digits);
 // A literal of GLSL's type float: decimal() with a point or an exponent.
 std::string decimalGlsl(float value);
+// Sixteen hexadecimal digits, as hashes are shown.
+std::string hexadecimal(std::uint64_t value);
 
 }  // namespace relume

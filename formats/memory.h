@@ -5,11 +5,13 @@
 
 #include "relume/result.h"
 
+#include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstddef>
-#include <cstdio>
 #include <memory_resource>
 #include <new>
+#include <string_view>
 
 namespace relume {
 
@@ -22,18 +24,31 @@ inline std::pmr::memory_resource* memoryOr(std::pmr::memory_resource* host) {
 class RefusedMemory : public std::bad_alloc {
  public:
   RefusedMemory(std::size_t bytes, std::size_t alignment) noexcept {
-    std::snprintf(text_.data(), text_.size(), "out of memory: %zu bytes aligned to %zu were refused", bytes, alignment);
+    char* end = text_.data();
+    const auto add = [&](std::string_view words) { end = std::copy(words.begin(), words.end(), end); };
+    const auto addNumber = [&](std::size_t number) {
+      end = std::to_chars(end, text_.data() + text_.size(), number).ptr;
+    };
+    add(kStart);
+    addNumber(bytes);
+    add(" bytes aligned to ");
+    addNumber(alignment);
+    add(" were refused");
+  }
+  // By its text, which no other has: builds without run-time type information catch it as well.
+  static bool is(const std::bad_alloc& refused) noexcept {
+    return std::string_view(refused.what()).starts_with(kStart);
   }
   const char* what() const noexcept override { return text_.data(); }
 
  private:
+  static constexpr std::string_view kStart = "out of memory: ";
   std::array<char, 112> text_{};
 };
 
 inline Error outOfMemory(const std::bad_alloc& refused) noexcept {
   try {
-    const auto* named = dynamic_cast<const RefusedMemory*>(&refused);
-    if (named != nullptr) return {ErrorCode::memory, named->what()};
+    if (RefusedMemory::is(refused)) return {ErrorCode::memory, refused.what()};
   } catch (const std::bad_alloc&) {  // not even for the text
   }
   return {ErrorCode::memory, "out of memory"};  // short enough to be kept without an allocation

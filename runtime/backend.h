@@ -21,6 +21,13 @@
 
 namespace relume {
 
+// Whether this build has LightSetup::movingParts: pages cannot ask for them, and do not download what they need.
+#if defined(__EMSCRIPTEN__)
+inline constexpr bool kHasMovingParts = false;
+#else
+inline constexpr bool kHasMovingParts = true;
+#endif
+
 class Backend {
  public:
   Backend() = default;

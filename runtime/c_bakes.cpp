@@ -2,11 +2,11 @@
 // relume.h over the C++ API: contexts and bakes.
 #include "runtime/c_handles.h"
 
+#include "formats/decimal.h"
 #include "formats/pack.h"
 #include "relume/bake_file.h"
 
 #include <cstddef>
-#include <cstdio>
 #include <filesystem>
 #include <span>
 
@@ -147,8 +147,8 @@ relume_status relume_bake_get_info(const relume_bake* bake, relume_bake_info* in
       out.grid_spacing[k] = grid.spacing[k];
       out.grid_resolution[k] = grid.resolution[k];
     }
-    std::snprintf(out.scene_hash, sizeof out.scene_hash, "%016llx",
-                  static_cast<unsigned long long>(b.provenance.sceneHash));
+    const std::string hash = relume::hexadecimal(b.provenance.sceneHash);
+    hash.copy(out.scene_hash, sizeof out.scene_hash - 1);
     return fillStruct(info, out);
   });
 }

@@ -28,6 +28,10 @@ class HostMemory final : public std::pmr::memory_resource {
   // Both or neither of the callbacks.
   HostMemory(void* user, relume_allocate give, relume_deallocate takeBack)
       : user_(user), allocate_(give), deallocate_(takeBack) {}
+  // Whether one gives back what the other gave.
+  bool hasCallbacksOf(const HostMemory& other) const {
+    return user_ == other.user_ && allocate_ == other.allocate_ && deallocate_ == other.deallocate_;
+  }
 
  private:
   void* do_allocate(std::size_t bytes, std::size_t alignment) override {
@@ -40,10 +44,7 @@ class HostMemory final : public std::pmr::memory_resource {
     if (deallocate_ == nullptr) return std::pmr::new_delete_resource()->deallocate(block, bytes, alignment);
     deallocate_(user_, block, bytes, alignment);
   }
-  bool do_is_equal(const std::pmr::memory_resource& other) const noexcept override {
-    const auto* same = dynamic_cast<const HostMemory*>(&other);
-    return same != nullptr && same->user_ == user_ && same->allocate_ == allocate_ && same->deallocate_ == deallocate_;
-  }
+  bool do_is_equal(const std::pmr::memory_resource& other) const noexcept override { return this == &other; }
 
   void* user_;
   relume_allocate allocate_;
@@ -71,7 +72,7 @@ struct HostAllocator {
   void deallocate(T* block, std::size_t count) { memory.deallocate(block, count * sizeof(T), alignof(T)); }
   template <class U>
   bool operator==(const HostAllocator<U>& other) const {
-    return memory.is_equal(other.memory);
+    return memory.hasCallbacksOf(other.memory);
   }
 };
 

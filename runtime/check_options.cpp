@@ -5,6 +5,7 @@
 #include "formats/decimal.h"
 #include "formats/sh.h"
 #include "formats/validate.h"
+#include "runtime/backend.h"
 
 #include <string>
 #include <utility>
@@ -64,6 +65,8 @@ Result<CheckedOptions> checkOptions(const Bake& bake, const RelightOptions& opti
   if (options.movingParts > kMaxMovingParts)
     return usage("movingParts is " + std::to_string(options.movingParts) + ", expected 0 to " +
                  std::to_string(kMaxMovingParts));
+  if (options.movingParts > 0 && !kHasMovingParts)
+    return Error{ErrorCode::unsupported, "this build of the runtime has no moving parts"};
   if (options.movingParts > 0 && options.backend != BackendKind::cpu)
     return Error{ErrorCode::unsupported, "movingParts need the CPU backend: the OpenGL backend has no moving parts"};
   Result<ImageSizes> sizes = declareImages(bake.emitters, options.drivenImages, memory);

@@ -2,16 +2,15 @@
 // See export_level.h.
 #include "bake/export/export_level.h"
 
-#include "bake/base/printed.h"
 #include "bake/export/lightmap_primitives.h"
 #include "bake/export/place_meshes.h"
 #include "bake/export/prune.h"
 #include "bake/scene/surface_hash.h"
+#include "formats/decimal.h"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <cinttypes>
 #include <exception>
 #include <map>
 #include <new>
@@ -25,8 +24,6 @@ namespace relume {
 namespace {
 
 using nlohmann::json;
-
-std::string hex(std::uint64_t value) { return printed("%016" PRIx64, value); }
 
 const json::json_pointer kIdentity("/extras/relume/lightmap");
 
@@ -55,8 +52,8 @@ json describeSurfaces(const Scene& scene, const Bake& bake) {
   for (std::size_t i = 0; i < std::min(scene.instances.size(), bake.instances.size()); ++i) {
     const std::uint32_t mesh = scene.instances[i].mesh;
     if (!hashOfMesh[mesh]) hashOfMesh[mesh] = hashSurface(scene.meshes[mesh]);
-    const std::string surface = hex(*hashOfMesh[mesh]);
-    const auto [known, fresh] = surfaces.emplace(hex(bake.instances[i].geometryHash), surface);
+    const std::string surface = hexadecimal(*hashOfMesh[mesh]);
+    const auto [known, fresh] = surfaces.emplace(hexadecimal(bake.instances[i].geometryHash), surface);
     if (!fresh && known->second != surface) ambiguous.insert(known->first);
   }
   for (const std::string& geometry : ambiguous) surfaces.erase(geometry);
@@ -65,7 +62,7 @@ json describeSurfaces(const Scene& scene, const Bake& bake) {
 
 void writeIdentity(json& asset, const Scene& scene, const Bake& bake, std::uint64_t bakeFileHash,
                    const ExportedLevel& level) {
-  json lightmap = {{"bake", hex(bakeFileHash)},           {"sceneHash", hex(bake.provenance.sceneHash)},
+  json lightmap = {{"bake", hexadecimal(bakeFileHash)},   {"sceneHash", hexadecimal(bake.provenance.sceneHash)},
                    {"width", bake.caches.lightmap.width}, {"height", bake.caches.lightmap.height},
                    {"texcoord", level.texcoord},          {"surfaces", describeSurfaces(scene, bake)}};
   if (level.backTexcoord >= 0) lightmap["backTexcoord"] = level.backTexcoord;

@@ -78,7 +78,7 @@ struct RelightOptions {
   // levels, 12 bytes each; OpenGL 16 bytes for each texel and mip level beside them.
   std::vector<DrivenImage> drivenImages{};
   // [0..kMaxMovingParts] CPU backend: how many LightSetup::movingParts a frame has at most; 0 = none. What they need is
-  // kept beside the links, 32 bytes a surfel, about twice what the surfels themselves take.
+  // kept beside the links, 32 bytes a surfel, about twice what the surfels themselves take. WebAssembly: 0 only.
   std::uint32_t movingParts = 0;
   // Keep the grid as a texture of irradiance vectors, filled every frame, for reads by GridLookup::texture and smooth:
   // cheaper than reading the caches around, for what moves in numbers. Relighter::gridTexture() says what came of it.

@@ -33,7 +33,7 @@ CpuBackend::CpuBackend(const Bake& bake, const BackendRequest& request, Simd sim
       node_(bake.hierarchy.nodeCount(), 0, request.memory),
       light_(request.bands, bake.caches.count(), bake.caches.firstMapCache(), request.memory),
       grid_(std::move(texture), request.memory) {
-  if (request.options.movingParts > 0)
+  if (kHasMovingParts && request.options.movingParts > 0)
     moving_ =
         makeOwned<Moving>(request.memory, bake, caches_, links_, simd, request.options.movingParts, request.memory);
   grid_.fill(light(), parallelFor_);
@@ -46,7 +46,7 @@ void CpuBackend::relight(const LightSetup& setup) {
   };
   const auto placing = Clock::now();
   // What the parts reflect of last frame's light, before that is gone.
-  const bool hasParts = !setup.movingParts.empty();
+  const bool hasParts = kHasMovingParts && !setup.movingParts.empty();
   if (hasParts) {
     const CacheLight last = light();
     moving_->parts.place(setup, caches_, lit_ ? &last : nullptr, parallelFor_);
@@ -64,7 +64,7 @@ void CpuBackend::relight(const LightSetup& setup) {
   const auto surfels = Clock::now();
   tree_.pull(surfelsKernel_, node_, parallelFor_);
   const auto pulled = Clock::now();
-  const auto finish = [this, hasParts](std::uint32_t begin, std::uint32_t end) {
+  const auto finish = [&](std::uint32_t begin, std::uint32_t end) {
     if (hasParts) moving_->occluders.occlude(moving_->parts, node_, begin, end, light_);
     bounce_.colorCaches(surfelsKernel_, light_, begin, end);
   };
@@ -91,7 +91,7 @@ std::vector<glm::vec3> CpuBackend::nodeRadiosity() const {
 std::vector<PassTime> CpuBackend::passTimes() const {
   std::vector<PassTime> times{{"surfels", passMs_[0]}, {"pull", passMs_[1]}, {"caches", passMs_[2]}};
   if (gridTexture()) times.push_back({"grid texture", passMs_[3]});
-  if (moving_) times.push_back({"moving parts", passMs_[4]});
+  if (kHasMovingParts && moving_) times.push_back({"moving parts", passMs_[4]});
   return times;
 }
 
@@ -111,7 +111,8 @@ std::vector<std::pair<std::string, std::size_t>> CpuBackend::bufferSizes() const
       {"index",
        bytes(caches_.lightmap.cache) + bytes(grid.cache) + bytes(grid.brick) + bytes(grid.fine) + bytes(grid.depth)}};
   if (gridTexture()) sizes.emplace_back("grid texture", grid_.bytes());
-  if (moving_) sizes.emplace_back("moving parts", moving_->occluders.bytes() + moving_->parts.bytes());
+  if (kHasMovingParts && moving_)
+    sizes.emplace_back("moving parts", moving_->occluders.bytes() + moving_->parts.bytes());
   return sizes;
 }
 

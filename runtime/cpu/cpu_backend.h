@@ -32,7 +32,7 @@ class CpuBackend final : public Backend {
   Status checkTextures(const LightSetup&) const override { return done(); }
   void reserve(const LightSetup& setup) override {
     lights_.reserve(setup.lights.size());
-    if (!setup.movingParts.empty()) moving_->parts.reserve(setup);
+    if (kHasMovingParts && !setup.movingParts.empty()) moving_->parts.reserve(setup);
   }
   void relight(const LightSetup& setup) override;
   void reset() override;

@@ -40,6 +40,8 @@ TEST(Decimal, readsBackWhatItWrites) {
 TEST(Decimal, literalsOfGlslAreFloats) {
   EXPECT_EQ(decimalGlsl(0.5f), "0.5");
   EXPECT_EQ(decimalGlsl(1.0f), "1.0");
+  EXPECT_EQ(hexadecimal(0), "0000000000000000");
+  EXPECT_EQ(hexadecimal(0x0123456789abcdefu), "0123456789abcdef");
   EXPECT_EQ(decimalGlsl(0.0f), "0.0");
   EXPECT_EQ(decimalGlsl(1e-7f), "1e-07");
 }

@@ -6,12 +6,12 @@
 #include "bake/base/read_json.h"
 #include "bake/budget/runtime_cost.h"
 #include "bake/import/check_mesh.h"
+#include "formats/decimal.h"
 #include "formats/format_version.h"
 #include "tools/render/scene_bounds.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numeric>
 #include <string>
@@ -23,12 +23,6 @@ namespace {
 using Json = nlohmann::json;
 
 Json vec3(const glm::vec3& v) { return Json::array({v.x, v.y, v.z}); }
-
-std::string hex(std::uint64_t value) {
-  char text[20];
-  std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(value));
-  return text;
-}
 
 // Points sorted into the buckets of a uniform grid, so that neighbours are found in 27 short ranges.
 class BucketGrid {
@@ -107,8 +101,8 @@ Json describeChunks(std::span<const ChunkInfo> chunks) {
                     {"shape", c.shape},
                     {"offset", c.offset},
                     {"bytes", c.bytes},
-                    {"xxh3", hex(c.hash)}});
-    if (c.coding != kUncoded) list.back()["coding"] = hex(c.coding);
+                    {"xxh3", hexadecimal(c.hash)}});
+    if (c.coding != kUncoded) list.back()["coding"] = hexadecimal(c.coding);
   }
   return list;
 }
@@ -294,15 +288,16 @@ Json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks, std::uint
   const RuntimeCost cost = runtimeCost(bake);
   Json instances = Json::array();
   for (const BakedInstance& i : bake.instances)
-    instances.push_back({{"node", i.node}, {"mesh", i.mesh}, {"material", i.material}, {"hash", hex(i.contentHash)}});
+    instances.push_back(
+        {{"node", i.node}, {"mesh", i.mesh}, {"material", i.material}, {"hash", hexadecimal(i.contentHash)}});
   return {{"kind", "bake"},
           {"formatVersion", packed ? packedVersionOf(bake) : formatVersionOf(bake)},
           {"bytes", bytes},
-          {"hash", hex(fileHash)},
+          {"hash", hexadecimal(fileHash)},
           {"provenance",
            {{"toolVersion", p.toolVersion},
             {"algorithmVersion", p.algorithmVersion},
-            {"sceneHash", hex(p.sceneHash)},
+            {"sceneHash", hexadecimal(p.sceneHash)},
             {"seed", p.seed},
             {"rayTracer", p.rayTracer},
             {"lumaBands", p.lumaBands},
@@ -359,7 +354,7 @@ Json describeScene(const Scene& scene, Context& context) {
           {"lightUnit", scene.lightUnit == LightUnit::photometric ? "photometric" : "radiometric"},
           {"lights", lights},
           {"volumes", volumes},
-          {"exportedWith", scene.exportedWith ? Json(hex(*scene.exportedWith)) : Json()},
+          {"exportedWith", scene.exportedWith ? Json(hexadecimal(*scene.exportedWith)) : Json()},
           {"meshReport", findings}};
 }
 
