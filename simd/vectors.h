@@ -258,6 +258,18 @@ inline IntsOf<16> bytesToInts(BytesOf<16> bytes) {
 }
 #endif
 
+#if defined(__wasm_simd128__)
+// The compiler loads words one by one and then moves them into lanes; the instruction does both.
+template <class Index>
+inline v128_t gatherWords(const void* from, Index index) {
+  const auto* const word = static_cast<const std::uint32_t*>(from);
+  v128_t v = wasm_v128_load32_zero(word + static_cast<std::uint32_t>(index[0]));
+  v = wasm_v128_load32_lane(word + static_cast<std::uint32_t>(index[1]), v, 1);
+  v = wasm_v128_load32_lane(word + static_cast<std::uint32_t>(index[2]), v, 2);
+  return wasm_v128_load32_lane(word + static_cast<std::uint32_t>(index[3]), v, 3);
+}
+#endif
+
 // The words at these indices.
 template <class Ints>
 inline Ints gather(const std::uint32_t* from, Ints index) {
@@ -265,6 +277,9 @@ inline Ints gather(const std::uint32_t* from, Ints index) {
   if constexpr (sizeof(Ints) == 64) {
     return (Ints)_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), kAll, (__m512i)index, from, 4);
   }
+#endif
+#if defined(__wasm_simd128__)
+  if constexpr (sizeof(Ints) == 16) return (Ints)gatherWords(from, index);
 #endif
   Ints v;
   for (int i = 0; i < kLanesOf<Ints>; ++i) v[i] = static_cast<std::int32_t>(from[index[i]]);
@@ -277,6 +292,9 @@ inline Ints gatherAt(const std::uint32_t* from, const std::uint32_t* index) {
 #if defined(__AVX512F__)
   if constexpr (sizeof(Ints) == 64) return gather(from, load<Ints>(index));
 #endif
+#if defined(__wasm_simd128__)
+  if constexpr (sizeof(Ints) == 16) return (Ints)gatherWords(from, index);
+#endif
   Ints v;
   for (int i = 0; i < kLanesOf<Ints>; ++i) v[i] = static_cast<std::int32_t>(from[index[i]]);
   return v;
@@ -287,6 +305,9 @@ template <class Ints>
 inline FloatsOf<kLanesOf<Ints>> gather(const float* from, Ints index) {
 #if defined(__AVX2__)
   if constexpr (sizeof(Ints) == 32) return (FloatsOf<8>)_mm256_i32gather_ps(from, (__m256i)index, 4);
+#endif
+#if defined(__wasm_simd128__)
+  if constexpr (sizeof(Ints) == 16) return (Float4)gatherWords(from, index);
 #endif
   FloatsOf<kLanesOf<Ints>> v;
   for (int i = 0; i < kLanesOf<Ints>; ++i) v[i] = from[index[i]];
