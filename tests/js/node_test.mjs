@@ -26,6 +26,11 @@ execFileSync(relume, ['pack', bakeFile, '-o', `${packedFile}.gz`, '--force'], {s
 const packed = readFileSync(packedFile), zipped = readFileSync(`${packedFile}.gz`);
 const native = new Float32Array(readFileSync(nativeFile).buffer.slice(0));
 
+// What a page downloads: the module with SIMD and its glue.
+const download = ['wasm', 'mjs'].map((end) => gzipSync(readFileSync(path.join(folder, 'wasm', `relume-simd.${end}`)), {level: 9}).length).reduce((a, b) => a + b);
+console.log(`${download} bytes through gzip`);
+assert.ok(download <= 150000, 'docs/notes/web.md says what counts');
+
 // The frames of native_light.cpp.
 const setup = {
   lights: [
@@ -87,7 +92,9 @@ async function checkModule(module) {
   const kept = relighter.coefficients().slice();
   assert.throws(() => relighter.relight({surfelIrradiance: [1, 2]}), /surfelIrradiance has 2 elements, expected \d+/);
   assert.throws(() => relighter.relight({lights: [{kind: 'sun', intensity: [1, 1, 1]}]}), /lights\[0\]\.kind is "sun"/);
-  assert.throws(() => relighter.relight({bounceScale: 2}), (e) => e instanceof RelumeError && /bounceScale/.test(e.message) && e.status === 1);
+  for (const [value, text] of [[2, /bounceScale is 2,/], [1.1, /bounceScale is 1\.1,/], [1e-7 - 1, /bounceScale is -0\.9999999,/], [Infinity, /bounceScale is inf/], [NaN, /bounceScale is nan/]]) {
+    assert.throws(() => relighter.relight({bounceScale: value}), (e) => e instanceof RelumeError && text.test(e.message) && e.status === 1 || assert.fail(`${e}, expected ${text}`));
+  }
   assert.throws(() => relighter.relight({materials: [{material: 'no such', radiance: [1, 1, 1]}]}), /no drivable material "no such"/);
   assert.throws(() => relighter.relight({lights: setup.lights, visibility() { throw new Error('of the host'); }}), /of the host/);
   assert.throws(() => new Relighter(bake, {lumaBands: 7}), /lumaBands is 7, expected 1 to 4/);
