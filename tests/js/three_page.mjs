@@ -119,6 +119,83 @@ window.tests = {
     };
     return result;
   },
+  // A ball with a material of three's own in a grid of probes, against the same ball with one of Relume's: the light of both, and what
+  // the probes change of the level around, which reads its own light.
+  async probes(camera, light, wasm) {
+    const renderer = new THREE.WebGLRenderer({antialias: false});
+    renderer.setSize(...kSize);
+    renderer.shadowMap.enabled = true;
+    document.body.replaceChildren(renderer.domElement);
+    const {scene, cameras} = await loadLevel([light]), view = cameras.find((each) => each.name === camera || each.parent?.name === camera);
+    view.aspect = kSize[0] / kSize[1];
+    view.updateProjectionMatrix();
+    view.updateWorldMatrix(true, false);
+    const lighting = await new RelumeLoader().loadAsync('/work/level.relume');
+    lighting.options = {forceFallback: wasm};
+    lighting.applyTo(scene);
+    const ball = new THREE.Mesh(new THREE.SphereGeometry(0.35, 64, 32), new THREE.MeshLambertMaterial({color: 0xffffff}));
+    ball.position.copy(view.getWorldPosition(new THREE.Vector3()).addScaledVector(view.getWorldDirection(new THREE.Vector3()), 2));
+    scene.add(ball);
+    const probes = lighting.probes(), refusals = [];
+    for (const options of [{resolution: new THREE.Vector3(4, 0, 4)}, {box: new THREE.Box3()}]) {
+      try { lighting.probes(options); } catch (error) { refusals.push(error.message); }
+    }
+    scene.add(probes);
+    for (let i = 0; i < (wasm ? 2 : 8); ++i) {
+      renderer.render(scene, view);
+      lighting.update(renderer, scene);
+    }
+    scene.traverse((object) => object.isLight && !object.isLightProbeGrid && (object.visible = false));
+    const target = new THREE.WebGLRenderTarget(...kSize, {type: THREE.FloatType});
+    const draw = () => {
+      const pixels = new Float32Array(4 * kSize[0] * kSize[1]);
+      renderer.setRenderTarget(target);
+      renderer.render(scene, view);
+      renderer.readRenderTargetPixels(target, 0, 0, ...kSize, pixels);
+      renderer.setRenderTarget(null);
+      return pixels;
+    };
+    const byProbes = draw();
+    renderer.render(scene, view);
+    const size = probes.resolution.toArray();
+    probes.visible = false;
+    const unlit = draw();
+    lighting.applyTo(ball);
+    const byGrid = draw();
+    probes.visible = true;
+    const both = draw();
+    probes.visible = false;
+    ball.visible = false;
+    const level = draw();
+    ball.visible = true;
+    let lit = 0, dark = 0, sum = 0, expected = 0, d2 = 0, y2 = 0, pixels = 0, twice = 0, elsewhere = 0;
+    for (let i = 0; i < byGrid.length; i += 4) {
+      twice = Math.max(twice, Math.abs(both[i + 1] - byGrid[i + 1]));
+      if (unlit[i + 1] === level[i + 1] && byGrid[i + 1] === level[i + 1]) {
+        elsewhere = Math.max(elsewhere, Math.abs(byProbes[i + 1] - level[i + 1]));
+        continue;
+      }
+      pixels += 1;
+      lit = Math.max(lit, byProbes[i + 1]);
+      dark = Math.max(dark, unlit[i + 1]);
+      sum += byProbes[i + 1];
+      expected += byGrid[i + 1];
+      d2 += (byProbes[i + 1] - byGrid[i + 1]) ** 2;
+      y2 += byGrid[i + 1] ** 2;
+    }
+    probes.visible = true;
+    const error = renderer.getContext().getError();
+    renderer.render(scene, view);
+    this.clean = async () => {
+      lighting.dispose();
+      target.dispose();
+      const left = renderer.info.memory.textures;
+      scene.traverse((object) => object.geometry?.dispose());
+      renderer.dispose();
+      return {bytes: (await loadModule()).liveBytes, inScene: probes.parent !== null, left};
+    };
+    return {pixels, lit, dark, energy: sum / expected, rmse: Math.sqrt(d2 / y2), twice, elsewhere, size, refusals, error, backend: lighting.relighter.backend};
+  },
   // The level with its own materials, all light, and a ball that moves through it.
   async full(camera, lights) {
     const renderer = new THREE.WebGLRenderer({antialias: true});

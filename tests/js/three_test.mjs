@@ -46,6 +46,21 @@ try {
     assert.ok(Math.abs(found.energy - 1) < 0.02 && found.rmse < 0.1, JSON.stringify(found));
     assert.ok(await browser.run('tests.clean()') <= 100, 'bytes that nothing gave back');
   }
+  // What is not Relume's own material, by probes; on the CPU too.
+  for (const wasm of [false, true]) {
+    const found = await browser.run(`tests.probes('cam_living', 'lamp', ${wasm})`);
+    console.log(`probes${wasm ? ' by WebAssembly' : ''}: ${JSON.stringify(found)}`);
+    writeFileSync(path.join(work, `probes${wasm ? '_wasm' : ''}.png`), await browser.screenshot());
+    assert.equal(found.backend, wasm ? 'wasm' : 'webgl2');
+    assert.equal(found.error, 0);
+    assert.ok(found.pixels > 500 && found.lit > 0.01 && found.dark === 0, 'the ball has no light but the probes');
+    assert.ok(Math.abs(found.energy - 1) < 0.05 && found.rmse < 0.1);
+    assert.ok(found.twice === 0 && found.elsewhere === 0, 'probes light what has the light already');
+    assert.match(found.refusals[0], /resolution\.y is 0/);
+    assert.match(found.refusals[1], /box is empty/);
+    const left = await browser.run('tests.clean()');
+    assert.ok(left.bytes <= 100 && !left.inScene, JSON.stringify(left));
+  }
   const full = await browser.run(`tests.full('cam_living', ['sun', 'lamp'])`);
   writeFileSync(path.join(work, 'full_three.png'), await browser.screenshot());
   assert.equal(full.errors, 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-import type {Loader, Object3D, Scene, Vector2, WebGLRenderer} from 'three';
+import type {Box3, Data3DTexture, Light as ThreeLight, Loader, Object3D, Scene, Vector2, Vector3, WebGLRenderer} from 'three';
 import type {Bake, Light} from './index.js';
 import type {GpuLightSetup, GpuRelighter, GpuRelighterOptions} from './webgl.js';
 
@@ -19,11 +19,37 @@ export class RelumeLighting {
    * MeshPhongMaterial, which are replaced by clones. What has the light-map coordinates of `relume export` reads the light map, the rest the grid.
    */
   applyTo(object: Object3D): this;
+  /**
+   * A light-probe grid (three 0.187 and later) for what applyTo() is not called for, whatever its material: add it to the scene. update() fills it
+   * each frame. What lies in several is lit by that of the highest priority.
+   */
+  probes(options?: RelumeProbeOptions): RelumeProbes;
   /** The relighter and its textures before the first frame; update() does it as well. */
   prepare(renderer: WebGLRenderer): void;
   /** After renderer.render(scene, camera): relights for the next frame by the scene's lights and the shadow maps of this one. */
   update(renderer: WebGLRenderer, scene: Scene, setup?: Omit<GpuLightSetup, 'lights' | 'surfelIrradiance' | 'surfelIrradianceTexture'>): void;
   /** Puts the materials back, gives back what the GPU and the module hold, and disposes of the bake. */
+  dispose(): void;
+}
+
+export interface RelumeProbeOptions {
+  /** In the world; default: the bake's grid. */
+  box?: Box3;
+  /** Probes along each axis; default: one for each cell of the bake's grid, 32 at most. Failures of WebGL's limits come with the first update(). */
+  resolution?: Vector3;
+  priority?: number;
+}
+
+/** What WebGLRenderer takes as isLightProbeGrid. Materials that applyTo() replaced do not read it. */
+export class RelumeProbes extends ThreeLight {
+  private constructor();
+  readonly isLightProbeGrid: true;
+  readonly boundingBox: Box3;
+  readonly resolution: Vector3;
+  priority: number;
+  /** Null before the first update(). */
+  readonly texture: Data3DTexture | null;
+  /** Takes it from the scene and the lighting. */
   dispose(): void;
 }
 

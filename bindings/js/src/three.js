@@ -4,6 +4,7 @@
 // texel each, under the scene's lights and the shadow maps of that frame, and what they receive is relit (webgl.js).
 import * as THREE from 'three';
 import {loadBake, RelumeError} from './core.js';
+import {RelumeProbes} from './three_probes.js';
 import {GpuRelighter} from './webgl.js';
 
 const kLayer = 31;    // of the surfels, and of lights in addition to their own
@@ -48,7 +49,14 @@ export class RelumeLighting {
     this.meshes = new Map();              // originals of the materials by mesh
     this.relighter = null;
     this.uniforms = {relumeShow: {value: this.show}, relumeGrid: {value: new Float32Array(24)}};
-    this.listeners = [];
+    this.probeGrids = new Set();
+  }
+
+  // A light-probe grid for what applyTo() is not called for: add it to the scene; update() fills it.
+  probes(options) {
+    const grid = new RelumeProbes(this, options);
+    this.probeGrids.add(grid);
+    return grid;
   }
 
   // All meshes below, those of the level and those that move. Materials are replaced by clones; dispose() puts them back.
@@ -100,6 +108,9 @@ export class RelumeLighting {
           vec2 uv = gl_FrontFacing ? vRelumeUv.xy : vRelumeUv.zw;
           return min(uv.x, uv.y) > 0.99999 ? relumeIrradianceGrid(vRelumePosition, n) : relumeIrradianceLightmap(uv, n, geometricNormal);
         }`);
+      // The grids are not for these materials: their light would come twice.
+      const lights = THREE.ShaderChunk.lights_fragment_begin.replaceAll('NUM_LIGHT_PROBE_GRIDS', '0');
+      shader.fragmentShader = instead(shader.fragmentShader, 'lights_fragment_begin', lights);
       // Vectors times viewMatrix are turned back into the world.
       shader.fragmentShader = after(shader.fragmentShader, 'lights_fragment_maps', `
         #ifdef RE_IndirectDiffuse
@@ -179,12 +190,13 @@ export class RelumeLighting {
     if (this.relighter.lost) return;
     if (this.relighter.backend === 'wasm') {
       this.relighter.relight({...setup, lights: lightsOf(scene)});
-      return renderer.resetState();
+      renderer.resetState();
+      return this.updateProbes(renderer);
     }
     if (!this.surfels) this.makeSurfels();
     const {points, target, camera} = this.surfels, {background, overrideMaterial} = scene, held = renderer.getRenderTarget();
     const {autoUpdate, needsUpdate} = renderer.shadowMap, clearColor = renderer.getClearColor(new THREE.Color()), clearAlpha = renderer.getClearAlpha();
-    scene.traverse((object) => object.isLight && object.layers.enable(kLayer));
+    scene.traverse((object) => object.isLight && !object.isLightProbeGrid && object.layers.enable(kLayer));
     scene.add(points);
     scene.background = null;
     scene.overrideMaterial = null;
@@ -206,7 +218,14 @@ export class RelumeLighting {
     const texture = renderer.properties.get(target.texture).__webglTexture;
     this.relighter.relight({...setup, surfelIrradianceTexture: {texture, width: kWidth}});
     renderer.resetState();  // as it is after that; three sets what it wants
+    this.updateProbes(renderer);
     renderer.setRenderTarget(held);
+  }
+  updateProbes(renderer) {
+    const autoUpdate = renderer.shadowMap.autoUpdate;
+    renderer.shadowMap.autoUpdate = false;
+    for (const grid of this.probeGrids) grid.update(renderer);
+    renderer.shadowMap.autoUpdate = autoUpdate;
   }
 
   // Gives back what the GPU and the module hold, and the meshes their materials.
@@ -215,6 +234,7 @@ export class RelumeLighting {
     for (const variants of this.patched.values()) for (const clone of Object.values(variants)) clone.dispose();
     this.meshes.clear();
     this.patched.clear();
+    for (const grid of [...this.probeGrids]) grid.dispose();
     if (this.surfels) {
       this.surfels.points.geometry.dispose();
       this.surfels.points.material.dispose();
