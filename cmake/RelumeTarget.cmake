@@ -5,8 +5,8 @@
 add_compile_options(-ffp-contract=off)
 # Nobody reads errno or floating-point traps: roots, floors and selects become single instructions, with the same results.
 add_compile_options(-fno-math-errno -fno-trapping-math)
-# WebAssembly: its own exceptions, which cost nothing until they are thrown; no names of types, which are a tenth of a page's
-# download; and headers that its C++ library lacks.
+# WebAssembly: its own exceptions, which cost nothing until they are thrown; no names of types, which pages would download and nobody
+# reads; and headers that its C++ library lacks.
 if(EMSCRIPTEN)
   add_compile_options(-fwasm-exceptions -fno-rtti -isystem ${PROJECT_SOURCE_DIR}/cmake/emscripten)
   add_link_options(-fwasm-exceptions)

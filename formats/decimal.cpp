@@ -18,7 +18,7 @@ namespace {
 using Text = std::array<char, 32>;
 
 #if defined(__EMSCRIPTEN__)
-// The C++ library converts no floating-point numbers, and the C library's strtod is ten times the size of this.
+// The C++ library converts no floating-point numbers; JavaScript does, and needs no strtod to find the fewest digits.
 // digits: at most, or 0 for as few as read back as the same double, or as the same float.
 // clang-format off
 EM_JS(void, writeNumber, (double value, int digits, int isFloat, char* text, int capacity), {

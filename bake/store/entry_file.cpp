@@ -2,6 +2,7 @@
 // See entry_file.h.
 #include "bake/store/entry_file.h"
 
+#include "formats/decimal.h"
 #include "formats/file_io.h"
 
 #include <xxhash.h>
@@ -38,14 +39,7 @@ XXH128_hash_t hashOf(const Header& header, std::span<const std::byte> frame) {
 
 }  // namespace
 
-std::string toString(const EntryName& name) {
-  constexpr char kDigits[] = "0123456789abcdef";
-  std::string text;
-  for (const std::uint64_t word : {name.high, name.low}) {
-    for (int shift = 60; shift >= 0; shift -= 4) text += kDigits[word >> shift & 15];
-  }
-  return text;
-}
+std::string toString(const EntryName& name) { return hexadecimal(name.high) + hexadecimal(name.low); }
 
 EntryName nameEntry(std::span<const std::byte> madeFrom) {
   const XXH128_hash_t hash = XXH3_128bits(madeFrom.data(), madeFrom.size());

@@ -33,6 +33,19 @@ async function loadLevel(lights) {
   return {scene, cameras};
 }
 
+// The level in a canvas of the page, by one of its cameras.
+async function open(camera, lights, [width, height], antialias) {
+  const renderer = new THREE.WebGLRenderer({antialias});
+  renderer.setSize(width, height);
+  renderer.shadowMap.enabled = true;
+  document.body.replaceChildren(renderer.domElement);
+  const {scene, cameras} = await loadLevel(lights), view = cameras.find((each) => each.name === camera || each.parent?.name === camera);
+  view.aspect = width / height;
+  view.updateProjectionMatrix();
+  view.updateWorldMatrix(true, false);
+  return {renderer, scene, view};
+}
+
 function eachMaterial(scene, use) {
   scene.traverse((mesh) => mesh.isMesh && (mesh.material = use(mesh.material)));
 }
@@ -75,13 +88,7 @@ function compare(found, expected) {
 window.tests = {
   // Indirect irradiance / pi by a camera under one light, as `relume render --aov indirect` has it.
   async indirect(camera, light, expectedUrl, exposure) {
-    const renderer = new THREE.WebGLRenderer({antialias: false});
-    renderer.setSize(...kSize);
-    renderer.shadowMap.enabled = true;
-    document.body.replaceChildren(renderer.domElement);
-    const {scene, cameras} = await loadLevel([light]), view = cameras.find((each) => each.name === camera || each.parent?.name === camera);
-    view.aspect = kSize[0] / kSize[1];
-    view.updateProjectionMatrix();
+    const {renderer, scene, view} = await open(camera, [light], kSize, false);
     // White, so that what is drawn is irradiance / pi; textures cut holes alone.
     eachMaterial(scene, ({side, map, alphaTest}) => {
       const white = new THREE.MeshLambertMaterial({color: 0xffffff, side, shadowSide: THREE.DoubleSide, map: alphaTest > 0 ? map : null, alphaTest});
@@ -122,14 +129,7 @@ window.tests = {
   // A ball with a material of three's own in a grid of probes, against the same ball with one of Relume's: the light of both, and what
   // the probes change of the level around, which reads its own light.
   async probes(camera, light, wasm) {
-    const renderer = new THREE.WebGLRenderer({antialias: false});
-    renderer.setSize(...kSize);
-    renderer.shadowMap.enabled = true;
-    document.body.replaceChildren(renderer.domElement);
-    const {scene, cameras} = await loadLevel([light]), view = cameras.find((each) => each.name === camera || each.parent?.name === camera);
-    view.aspect = kSize[0] / kSize[1];
-    view.updateProjectionMatrix();
-    view.updateWorldMatrix(true, false);
+    const {renderer, scene, view} = await open(camera, [light], kSize, false);
     const lighting = await new RelumeLoader().loadAsync('/work/level.relume');
     lighting.options = {forceFallback: wasm};
     lighting.applyTo(scene);
@@ -156,7 +156,6 @@ window.tests = {
       return pixels;
     };
     const byProbes = draw();
-    renderer.render(scene, view);
     const size = probes.resolution.toArray();
     probes.visible = false;
     const unlit = draw();
@@ -189,25 +188,16 @@ window.tests = {
     this.clean = async () => {
       lighting.dispose();
       target.dispose();
-      const left = renderer.info.memory.textures;
-      scene.traverse((object) => object.geometry?.dispose());
       renderer.dispose();
-      return {bytes: (await loadModule()).liveBytes, inScene: probes.parent !== null, left};
+      return {bytes: (await loadModule()).liveBytes, inScene: probes.parent !== null};
     };
     return {pixels, lit, dark, energy: sum / expected, rmse: Math.sqrt(d2 / y2), twice, elsewhere, size, refusals, error, backend: lighting.relighter.backend};
   },
   // The level with its own materials, all light, and a ball that moves through it.
   async full(camera, lights) {
-    const renderer = new THREE.WebGLRenderer({antialias: true});
-    renderer.setSize(800, 450);
-    renderer.shadowMap.enabled = true;
+    const {renderer, scene, view} = await open(camera, lights, [800, 450], true);
     renderer.toneMapping = THREE.ACESFilmicToneMapping;
-    document.body.replaceChildren(renderer.domElement);
-    const {scene, cameras} = await loadLevel(lights), view = cameras.find((each) => each.name === camera || each.parent?.name === camera);
-    view.aspect = 800 / 450;
-    view.updateProjectionMatrix();
     const ball = new THREE.Mesh(new THREE.SphereGeometry(0.3, 48, 24), new THREE.MeshStandardMaterial({color: 0xffffff, roughness: 1}));
-    view.updateWorldMatrix(true, false);
     ball.position.copy(view.getWorldPosition(new THREE.Vector3()).addScaledVector(view.getWorldDirection(new THREE.Vector3()), 2.5));
     ball.castShadow = ball.receiveShadow = true;
     scene.add(ball);

@@ -4,6 +4,7 @@
 // algorithm_version.txt, one line a set: its name, the version of the algorithm, the version of the format, the sum.
 // RELUME_STORE_ALGORITHM=1 in the environment writes that file anew; it refuses to give new sums to an old version.
 #include "formats/chunks.h"
+#include "formats/decimal.h"
 #include "relume/bake/bake.h"
 #include "relume/bake/provenance.h"
 #include "relume/bake_file.h"
@@ -79,18 +80,11 @@ std::vector<OptionSet> optionSets() {
   return sets;
 }
 
-std::string hexOf(std::uint64_t sum) {
-  constexpr char kDigits[] = "0123456789abcdef";
-  std::string text(16, '0');
-  for (int i = 15; i >= 0; --i, sum >>= 4) text[static_cast<std::size_t>(i)] = kDigits[sum & 15];
-  return text;
-}
-
 // FNV-1a.
 std::string sumOf(std::span<const std::byte> bytes) {
   std::uint64_t sum = 0xcbf29ce484222325u;
   for (const std::byte b : bytes) sum = (sum ^ static_cast<std::uint64_t>(b)) * 0x100000001b3u;
-  return hexOf(sum);
+  return hexadecimal(sum);
 }
 
 // The sum of a bake without what names the program and its packages, and without the texts of options: an option more,

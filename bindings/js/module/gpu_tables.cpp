@@ -50,10 +50,11 @@ std::vector<std::array<std::uint32_t, 4>> treeOf(const relume::Hierarchy& h) {
 
 // Heads of links with the f that the CPU backend reads; none where that is the bake's own.
 std::vector<std::uint32_t> roundedHeads(const relume::Links& links) {
-  const relume::LinkSet set(links, std::pmr::get_default_resource());
+  const relume::LinkSet set(links, std::pmr::new_delete_resource());
   const relume::LinkRows rows = set.rows();
   if (rows.kind != relume::kRepackedLinks) return {};
   std::vector<std::uint32_t> heads(links.count());
+  // A head is the node's 20 bits and 12 of f, of which the CPU keeps the high eight.
   for (std::uint32_t i = 0; i < links.count(); ++i) heads[i] = links.node(i) | std::uint32_t{rows.transfer[i]} << 24;
   return heads;
 }

@@ -218,14 +218,20 @@ export class RelumeLighting {
     const texture = renderer.properties.get(target.texture).__webglTexture;
     this.relighter.relight({...setup, surfelIrradianceTexture: {texture, width: kWidth}});
     renderer.resetState();  // as it is after that; three sets what it wants
-    this.updateProbes(renderer);
-    renderer.setRenderTarget(held);
+    try {
+      this.updateProbes(renderer);
+    } finally {
+      renderer.setRenderTarget(held);
+    }
   }
   updateProbes(renderer) {
     const autoUpdate = renderer.shadowMap.autoUpdate;
     renderer.shadowMap.autoUpdate = false;
-    for (const grid of this.probeGrids) grid.update(renderer);
-    renderer.shadowMap.autoUpdate = autoUpdate;
+    try {
+      for (const grid of this.probeGrids) grid.update(renderer);
+    } finally {
+      renderer.shadowMap.autoUpdate = autoUpdate;
+    }
   }
 
   // Gives back what the GPU and the module hold, and the meshes their materials.

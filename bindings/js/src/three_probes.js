@@ -13,8 +13,8 @@ const kVolumes = 7, kChannels = 4 * kVolumes;
 const kDirections = (() => {
   const weights = [0, 1 / 21, 4 / 105, 9 / 280], directions = [];
   for (let x = -1; x <= 1; ++x) for (let y = -1; y <= 1; ++y) for (let z = -1; z <= 1; ++z) {
-    const zeros = Math.abs(x) + Math.abs(y) + Math.abs(z), length = Math.sqrt(zeros);
-    if (zeros > 0) directions.push(new THREE.Vector4(x / length, y / length, z / length, weights[zeros]));
+    const axes = Math.abs(x) + Math.abs(y) + Math.abs(z), length = Math.sqrt(axes);  // how many it leans towards
+    if (axes > 0) directions.push(new THREE.Vector4(x / length, y / length, z / length, weights[axes]));
   }
   return directions;
 })();
@@ -52,21 +52,21 @@ export class RelumeProbes extends THREE.Light {
     }
   }
 
-  get layers3d() { return kVolumes * (this.resolution.z + 2); }
+  get layerCount() { return kVolumes * (this.resolution.z + 2); }
 
   make(renderer) {
     const {x, y, z} = this.resolution, gl = renderer.getContext();
     const most = {2: gl.getParameter(gl.MAX_TEXTURE_SIZE), 3: gl.getParameter(gl.MAX_3D_TEXTURE_SIZE)};
     // Irradiance has a row of probes for each slice and direction, the atlas a slice's rows below each other.
-    for (const [what, size, limit] of [['x * y', x * y, most[2]], ['z', kDirections.length * z, most[2]], ['y * z', y * this.layers3d, most[2]], ['z', this.layers3d, most[3]]]) {
+    for (const [what, size, limit] of [['x * y', x * y, most[2]], ['z', kDirections.length * z, most[2]], ['y * z', y * this.layerCount, most[2]], ['z', this.layerCount, most[3]]]) {
       if (size > limit) throw new RelumeError(`probes: resolution ${x}, ${y}, ${z} needs textures of ${size} texels, this WebGL has ${limit}: lessen ${what}, or use two boxes`, 1);
     }
-    this.texture = new THREE.Data3DTexture(new Uint16Array(4 * x * y * this.layers3d), x, y, this.layers3d);
+    this.texture = new THREE.Data3DTexture(new Uint16Array(4 * x * y * this.layerCount), x, y, this.layerCount);
     Object.assign(this.texture, {type: THREE.HalfFloatType, minFilter: THREE.LinearFilter, magFilter: THREE.LinearFilter, generateMipmaps: false, unpackAlignment: 1, needsUpdate: true});
     if (this.lighting.relighter.backend === 'wasm') return;
     const plain = {minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter, depthBuffer: false, generateMipmaps: false};
     this.irradiance = new THREE.WebGLRenderTarget(x * y, kDirections.length * z, {...plain, type: THREE.FloatType});
-    this.atlas = new THREE.WebGLRenderTarget(x, y * this.layers3d, {...plain, type: THREE.HalfFloatType});
+    this.atlas = new THREE.WebGLRenderTarget(x, y * this.layerCount, {...plain, type: THREE.HalfFloatType});
     const step = new THREE.Vector3().subVectors(this.boundingBox.max, this.boundingBox.min).divide(this.resolution);
     const common = {glslVersion: THREE.GLSL3, vertexShader: kTriangle, depthTest: false, depthWrite: false, toneMapped: false};
     this.read = new THREE.RawShaderMaterial({
@@ -125,12 +125,12 @@ export class RelumeProbes extends THREE.Light {
       renderer.setRenderTarget(target);
       renderer.render(this.triangle, this.camera);
     }
-    // From the atlas' framebuffer, which is bound still.
+    // From the atlas' framebuffer, which initTexture() may have unbound.
     const gl = renderer.getContext(), {x, y} = this.resolution;
     renderer.initTexture(this.texture);
     renderer.setRenderTarget(this.atlas);
     renderer.state.bindTexture(gl.TEXTURE_3D, renderer.properties.get(this.texture).__webglTexture);
-    for (let layer = 0; layer < this.layers3d; ++layer) gl.copyTexSubImage3D(gl.TEXTURE_3D, 0, 0, 0, layer, 0, layer * y, x, y);
+    for (let layer = 0; layer < this.layerCount; ++layer) gl.copyTexSubImage3D(gl.TEXTURE_3D, 0, 0, 0, layer, 0, layer * y, x, y);
     renderer.state.unbindTexture();
   }
 
