@@ -85,6 +85,15 @@ function(relume_little_optimisation target)
   endif()
 endfunction()
 
+# For rooms that are mostly the reading and writing of JSON: most of what the sanitizers' compiler does there are checks of
+# another library's templates. As other flags than the room headers have, without those.
+function(relume_little_optimisation_of_json target)
+  if(RELUME_SANITIZE MATCHES "address")
+    target_compile_options(${target} PRIVATE -O0)
+    set_target_properties(${target} PROPERTIES DISABLE_PRECOMPILE_HEADERS ON)
+  endif()
+endfunction()
+
 # How the code of tests is compiled.
 function(relume_test_options target)
   relume_little_optimisation(${target})

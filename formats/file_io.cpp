@@ -63,10 +63,6 @@ Result<Descriptor> openRegular(const fs::path& path, std::size_t& sizeBytes) {
   return file;
 }
 
-struct alignas(64) Block {
-  std::byte bytes[64];
-};
-
 fs::path folderOf(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
 
 bool isDigits(std::string_view text) {
@@ -239,11 +235,12 @@ Result<FileBytes> readFile(const fs::path& path, std::size_t maxBytes, std::pmr:
   if (size > maxBytes)
     return Error{ErrorCode::invalidFile, path.string() + ": has " + std::to_string(size) + " bytes, at most " +
                                              std::to_string(maxBytes) + " expected"};
-  std::shared_ptr<std::pmr::vector<Block>> blocks;
+  std::shared_ptr<std::pmr::vector<AlignedBlock>> blocks;
   try {
     // The vector takes the resource of the allocator that makes it.
-    blocks = std::allocate_shared<std::pmr::vector<Block>>(std::pmr::polymorphic_allocator<Block>(memory),
-                                                           (size + sizeof(Block) - 1) / sizeof(Block));
+    blocks =
+        std::allocate_shared<std::pmr::vector<AlignedBlock>>(std::pmr::polymorphic_allocator<AlignedBlock>(memory),
+                                                             (size + sizeof(AlignedBlock) - 1) / sizeof(AlignedBlock));
   } catch (const std::exception&) {
     return Error{ErrorCode::memory, path.string() + ": out of memory for its " + std::to_string(size) + " bytes"};
   }

@@ -17,7 +17,6 @@
 namespace relume {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kStride = kMaxCoefficients;
 using Factors = std::array<float, 9 * kStride>;
 
@@ -27,7 +26,8 @@ template <std::size_t n>
 std::array<std::pair<double, double>, n> gaussLegendre() {
   std::array<std::pair<double, double>, n> nodes;
   for (std::size_t k = 0; k < n; ++k) {
-    double x = std::cos(kPi * (static_cast<double>(k) + 0.75) / (static_cast<double>(n) + 0.5)), slope = 0.0;
+    double x = std::cos(std::numbers::pi * (static_cast<double>(k) + 0.75) / (static_cast<double>(n) + 0.5)),
+           slope = 0.0;
     for (int step = 0; step < 20; ++step) {
       double before = 1.0, p = x;
       for (std::size_t l = 1; l < n; ++l) {
@@ -52,7 +52,7 @@ Factors makeFactors() {
     for (const auto& [cosine, weight] : nodes) {
       const double sine = std::sqrt(1.0 - cosine * cosine);
       for (std::size_t turn = 0; turn < kTurns; ++turn) {
-        const double phi = 2.0 * kPi * (static_cast<double>(turn) + 0.5) / kTurns;
+        const double phi = 2.0 * std::numbers::pi * (static_cast<double>(turn) + 0.5) / kTurns;
         std::array<double, 3> w;
         w[a] = cosine;
         w[(a + 1) % 3] = sine * std::cos(phi);
@@ -60,7 +60,7 @@ Factors makeFactors() {
         std::array<float, kStride> y;
         evaluateSh(kMaxBands, glm::vec3(w[0], w[1], w[2]), y);
         for (std::size_t b = 0; b < 3; ++b) {
-          const double factor = weight * 2.0 * kPi / kTurns * w[b];
+          const double factor = weight * 2.0 * std::numbers::pi / kTurns * w[b];
           for (std::size_t i = 0; i < kStride; ++i)
             sum[(3 * a + b) * kStride + i] += factor * static_cast<double>(y[i]);
         }
@@ -128,7 +128,7 @@ float irradianceFromVectors(const SixVectors& vectors, const glm::vec3& n, Direc
 void addCone(SixVectors& vectors, const glm::vec3& direction, float cosAlpha, float radiance) {
   cosAlpha = std::clamp(cosAlpha, 0.0f, 1.0f);
   const float sin2 = 1.0f - cosAlpha * cosAlpha, sine = std::sqrt(sin2);
-  const glm::vec3 whole = static_cast<float>(kPi) * sin2 * direction;
+  const glm::vec3 whole = static_cast<float>(std::numbers::pi) * sin2 * direction;
   for (int a = 0; a < 3; ++a) {
     const float s = std::clamp(direction[a], -1.0f, 1.0f), t = std::sqrt(std::max(1.0f - s * s, 0.0f));
     // cos of the azimuth at which the outline crosses the plane, from the side that is away from the axis.
@@ -166,9 +166,8 @@ glm::vec3 irradianceYCoCg(const std::array<ColorVector, 3>& halves, const glm::v
 }
 
 std::uint16_t packClampedHalf(float value) {
-  constexpr float kLargest = 65504.0f;
   if (value != value) return 0;
-  return packHalf(std::clamp(value, -kLargest, kLargest));
+  return packHalf(std::clamp(value, -kMaxHalf, kMaxHalf));
 }
 
 std::array<std::uint16_t, 6> packVectors(VectorPacking packing, std::size_t half, const std::array<glm::vec3, 3>& rgb,

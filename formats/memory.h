@@ -15,6 +15,11 @@
 
 namespace relume {
 
+// Memory in units of a cache line, aligned as the chunks of a file are.
+struct alignas(64) AlignedBlock {
+  std::byte bytes[64];
+};
+
 // The host's resource, or the global operators new and delete.
 inline std::pmr::memory_resource* memoryOr(std::pmr::memory_resource* host) {
   return host != nullptr ? host : std::pmr::new_delete_resource();

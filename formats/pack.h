@@ -10,6 +10,7 @@
 
 namespace relume {
 
+inline constexpr float kMaxHalf = 65504.0f;  // the largest number that a half holds
 // IEEE 754 binary16, round to nearest even; overflow gives infinity, denormals are kept.
 std::uint16_t packHalf(float value);
 float unpackHalf(std::uint16_t half);

@@ -3,6 +3,7 @@
 #include "formats/packed_chunks.h"
 
 #include "formats/direction_coding.h"
+#include "formats/memory.h"
 #include "relume/hierarchy.h"
 
 #include <algorithm>
@@ -125,9 +126,7 @@ std::size_t rowBytes(const ChunkInfo& info) {
 }
 std::size_t plainBytes(const ChunkInfo& info) { return static_cast<std::size_t>(info.shape[0]) * rowBytes(info); }
 
-struct alignas(kChunkAlignment) Block {
-  std::byte bytes[kChunkAlignment];
-};
+static_assert(alignof(AlignedBlock) == kChunkAlignment && sizeof(AlignedBlock) == kChunkAlignment);
 
 }  // namespace
 
@@ -178,18 +177,18 @@ Result<UnpackedChunks> unpackChunks(std::span<const Chunk> packed, std::pmr::mem
       return invalidChunk(chunk, "has " + std::to_string(chunk.info.shape[0]) + " rows, and the tree before it " +
                                      std::to_string(leaves) + " leaves");
     if (chunk.info.coding == kCountedChildren) leaves = (chunk.info.shape[0] + 1) / 2;
-    blockCount += (plainBytes(chunk.info) + sizeof(Block) - 1) / sizeof(Block);
+    blockCount += (plainBytes(chunk.info) + sizeof(AlignedBlock) - 1) / sizeof(AlignedBlock);
   }
-  const auto blocks =
-      std::allocate_shared<std::pmr::vector<Block>>(std::pmr::polymorphic_allocator<Block>(memory), blockCount);
+  const auto blocks = std::allocate_shared<std::pmr::vector<AlignedBlock>>(
+      std::pmr::polymorphic_allocator<AlignedBlock>(memory), blockCount);
 
   UnpackedChunks unpacked{std::pmr::vector<Chunk>(packed.begin(), packed.end(), memory), blocks};
-  Block* next = blocks->data();
+  AlignedBlock* next = blocks->data();
   std::span<const std::byte> child;
   for (Chunk& chunk : unpacked.chunks) {
     const std::size_t bytes = plainBytes(chunk.info);
     const std::span<std::byte> data(reinterpret_cast<std::byte*>(next), bytes);
-    next += (bytes + sizeof(Block) - 1) / sizeof(Block);
+    next += (bytes + sizeof(AlignedBlock) - 1) / sizeof(AlignedBlock);
     const FieldCoding coding = chunk.info.coding;
     Status status = done();
     if (coding == kUncoded)

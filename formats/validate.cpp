@@ -27,7 +27,7 @@ void checkProvenance(const Bake& bake, Findings& findings) {
   }
 }
 
-void checkCertificate(const Bake& bake, Findings& findings) {
+void checkCertificateValues(const Bake& bake, Findings& findings) {
   const Certificate& c = bake.certificate;
   const auto each = [&](const Array<float>& values, const char* name, const char* expected, float least) {
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -73,7 +73,7 @@ std::vector<Finding> validateBake(const Bake& bake) {
   checkCaches(bake, findings);
   checkLinks(bake, findings);
   checkProvenance(bake, findings);
-  checkCertificate(bake, findings);
+  checkCertificateValues(bake, findings);
   return findings.takeSorted();
 }
 

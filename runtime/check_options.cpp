@@ -6,6 +6,7 @@
 #include "formats/sh.h"
 #include "formats/validate.h"
 #include "runtime/backend.h"
+#include "runtime/shared/usage_error.h"
 
 #include <string>
 #include <utility>
@@ -27,23 +28,21 @@ Bake shareArrays(const Bake& bake) {
   return shared;
 }
 
-Error usage(const std::string& message) { return Error{ErrorCode::usage, message}; }
-
 // Bands to light with: what was asked for, or what the bake recommends, held against each other and the links.
 Status chooseBands(const Bake& bake, const RelightOptions& options, int& luma, int& chroma) {
   const bool sh = bake.links.kind == LinkKind::sh;
   const int max = sh ? static_cast<int>(bake.links.bands) : kMaxBands;
   if (options.lumaBands < 0 || options.lumaBands > max) {
-    return usage("lumaBands is " + std::to_string(options.lumaBands) + ", expected 1 to " + std::to_string(max) +
-                 (sh ? ", the bands of the bake's SH links," : "") + " or 0 for the bake's choice");
+    return usageError("lumaBands is " + std::to_string(options.lumaBands) + ", expected 1 to " + std::to_string(max) +
+                      (sh ? ", the bands of the bake's SH links," : "") + " or 0 for the bake's choice");
   }
   const auto recommended = [](std::uint32_t bands, int limit) {
     return bands < 1 ? 1 : (bands > static_cast<std::uint32_t>(limit) ? limit : static_cast<int>(bands));
   };
   luma = options.lumaBands > 0 ? options.lumaBands : recommended(bake.provenance.lumaBands, max);
   if (options.chromaBands < 0 || options.chromaBands > luma) {
-    return usage("chromaBands is " + std::to_string(options.chromaBands) +
-                 ", expected 1 to lumaBands = " + std::to_string(luma) + " or 0 for the bake's choice");
+    return usageError("chromaBands is " + std::to_string(options.chromaBands) +
+                      ", expected 1 to lumaBands = " + std::to_string(luma) + " or 0 for the bake's choice");
   }
   chroma = options.chromaBands > 0 ? options.chromaBands : recommended(bake.provenance.chromaBands, luma);
   return done();
@@ -61,10 +60,10 @@ Result<CheckedOptions> checkOptions(const Bake& bake, const RelightOptions& opti
   checked.bands.irradianceOnMap = bake.links.kind == LinkKind::irradiance;
   checked.bands.glossy = options.glossy;
   if (!(options.gridTrust >= 0.0f && options.gridTrust <= 1.0f))
-    return usage("gridTrust is " + decimal(options.gridTrust) + ", expected 0 to 1");
+    return usageError("gridTrust is " + decimal(options.gridTrust) + ", expected 0 to 1");
   if (options.movingParts > kMaxMovingParts)
-    return usage("movingParts is " + std::to_string(options.movingParts) + ", expected 0 to " +
-                 std::to_string(kMaxMovingParts));
+    return usageError("movingParts is " + std::to_string(options.movingParts) + ", expected 0 to " +
+                      std::to_string(kMaxMovingParts));
   if (options.movingParts > 0 && !kHasMovingParts)
     return Error{ErrorCode::unsupported, "movingParts is " + std::to_string(options.movingParts) +
                                              ", expected 0: builds for WebAssembly have no moving parts"};

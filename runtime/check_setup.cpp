@@ -14,7 +14,6 @@
 namespace relume {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kMaxLight = kMaxIntensity;  // of radiances, irradiances and factors on them as well
 
 Error refused(const std::string& what) { return Error{ErrorCode::usage, "light setup: " + what}; }
@@ -53,7 +52,7 @@ Status checkDirection(const Field& field, const glm::vec3& direction) {
 }
 
 Status checkCone(std::size_t index, const Light& light) {
-  if (!within(light.outerConeRad, 0.0f, kPi)) {
+  if (!within(light.outerConeRad, 0.0f, std::numbers::pi_v<float>)) {
     return refused(Field{"lights", index, "outerConeRad"}.text() + " is " + decimal(light.outerConeRad) +
                    ", expected 0 to pi");
   }

@@ -15,8 +15,6 @@
 namespace relume {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 std::uint32_t nearestPatch(std::span<const glm::vec3> centre, const glm::vec3& d) {
   std::uint32_t best = 0;
   float largest = -2.0f;
@@ -47,7 +45,8 @@ std::vector<glm::vec3> projectEnvironment(std::span<const glm::vec3> skyDirectio
   std::vector<double> weight(skyDirection.size(), 0.0);
   for (std::uint32_t row = 0; row < height; ++row) {
     // A row's texels cover equal solid angles: the difference of the cosines of its borders.
-    const double solidAngle = std::cos(kPi * row / height) - std::cos(kPi * (row + 1) / height);
+    const double solidAngle =
+        std::cos(std::numbers::pi * row / height) - std::cos(std::numbers::pi * (row + 1) / height);
     for (std::uint32_t column = 0; column < width; ++column) {
       const glm::dvec2 uv((column + 0.5) / width, (row + 0.5) / height);
       const std::uint32_t patch = nearestPatch(skyDirection, fromEquirectangular(uv));

@@ -10,6 +10,7 @@
 #include "runtime/shared/memory.h"
 #include "runtime/shared/resolve_defines.h"
 #include "runtime/shared/shader_text.h"
+#include "runtime/shared/usage_error.h"
 
 #include <algorithm>
 #include <string>
@@ -34,8 +35,6 @@ struct GpuPasses::State {
 
 namespace {
 
-Error usage(const std::string& message) { return Error{ErrorCode::usage, message}; }
-
 Status checkDevice(const GpuDevice& device) {
   const std::pair<const char*, std::size_t> least[] = {{"storageBytes", device.storageBytes},
                                                        {"storageAlignment", device.storageAlignment},
@@ -43,11 +42,11 @@ Status checkDevice(const GpuDevice& device) {
                                                        {"volumeSide", device.volumeSide},
                                                        {"groups", device.groups}};
   for (const auto& [name, value] : least) {
-    if (value == 0) return usage(std::string("GpuDevice::") + name + " is 0, expected a limit of the device");
+    if (value == 0) return usageError(std::string("GpuDevice::") + name + " is 0, expected a limit of the device");
   }
   if ((device.storageAlignment & (device.storageAlignment - 1)) != 0) {
-    return usage("GpuDevice::storageAlignment is " + std::to_string(device.storageAlignment) +
-                 ", expected a power of 2");
+    return usageError("GpuDevice::storageAlignment is " + std::to_string(device.storageAlignment) +
+                      ", expected a power of 2");
   }
   return done();
 }
@@ -76,9 +75,9 @@ Result<std::string> resolveText(const CacheBands& bands, bool gridTexture) {
 
 Result<std::string> gpuResolveGlsl(const RelightOptions& options, LinkKind kind) {
   if (options.chromaBands < 1 || options.chromaBands > options.lumaBands || options.lumaBands > kMaxBands) {
-    return usage("lumaBands is " + std::to_string(options.lumaBands) + " and chromaBands " +
-                 std::to_string(options.chromaBands) + ", expected 1 to " + std::to_string(kMaxBands) +
-                 ", chroma at most luma: no bake is here to recommend them");
+    return usageError("lumaBands is " + std::to_string(options.lumaBands) + " and chromaBands " +
+                      std::to_string(options.chromaBands) + ", expected 1 to " + std::to_string(kMaxBands) +
+                      ", chroma at most luma: no bake is here to recommend them");
   }
   return resolveText({options.lumaBands, options.chromaBands, kind == LinkKind::irradiance, options.glossy},
                      options.gridTexture);
@@ -103,7 +102,7 @@ void GpuPasses::Destroy::operator()(State* state) const noexcept {
 Result<GpuPasses> GpuPasses::create(const Bake& bake, const RelightOptions& options, const GpuDevice& device) try {
   if (Status ok = checkDevice(device); !ok) return ok.error();
   if (!options.visibilityGlsl.empty())
-    return usage("visibilityGlsl is for the OpenGL backend; gpuSurfelGlsl() is for shadows here");
+    return usageError("visibilityGlsl is for the OpenGL backend; gpuSurfelGlsl() is for shadows here");
   std::pmr::memory_resource* host = memoryOr(options.memory);
   std::unique_ptr<State, Destroy> state(makeOwned<State>(host, host).release());
   Result<CheckedOptions> checked = checkOptions(bake, options, &state->memory);
@@ -154,13 +153,13 @@ Result<GpuFrame> GpuPasses::frame(const LightSetup& setup) try {
   if (Status ok = checkEmissions(setup, state_->emitters, state_->imageSizes, BackendKind::cpu); !ok) return ok.error();
   if (Status ok = checkMovingParts(setup, 0); !ok) return ok.error();
   if (setup.lights.size() > device.maxLights) {
-    return usage("light setup: " + std::to_string(setup.lights.size()) + " lights, expected at most the " +
-                 std::to_string(device.maxLights) + " of GpuDevice::maxLights");
+    return usageError("light setup: " + std::to_string(setup.lights.size()) + " lights, expected at most the " +
+                      std::to_string(device.maxLights) + " of GpuDevice::maxLights");
   }
   if (!device.hasSurfelArrays && !(setup.surfelIrradiance.empty() && setup.surfelEmission.empty()))
-    return usage("light setup: surfelIrradiance or surfelEmission without GpuDevice::hasSurfelArrays");
+    return usageError("light setup: surfelIrradiance or surfelEmission without GpuDevice::hasSurfelArrays");
   if (!device.hasSurfelShader && setup.surfelIrradianceOnGpu)
-    return usage("light setup: surfelIrradianceOnGpu without GpuDevice::hasSurfelShader");
+    return usageError("light setup: surfelIrradianceOnGpu without GpuDevice::hasSurfelShader");
   normaliseLights(setup.lights, state_->lights);
   LightSetup applied = withoutFunctions(setup);
   applied.lights = state_->lights;

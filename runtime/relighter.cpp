@@ -12,6 +12,7 @@
 #include "runtime/shared/plain_results.h"
 #include "runtime/shared/resolve.h"
 #include "runtime/shared/texture_resolve.h"
+#include "runtime/shared/usage_error.h"
 
 #include <glm/common.hpp>
 
@@ -91,11 +92,7 @@ struct Relighter::State {
   }
 };
 
-namespace {
-
-Error usage(const std::string& message) { return Error{ErrorCode::usage, message}; }
-
-}  // namespace
+namespace {}  // namespace
 
 Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& options) try {
   std::pmr::memory_resource* host = memoryOr(options.memory);
@@ -138,7 +135,8 @@ constexpr std::uint32_t kReceiverGrain = 256;
 constexpr std::size_t kMaxReceivers = std::size_t{1} << 31;
 
 Status wrongSize(const char* what, std::size_t size, std::size_t expected) {
-  return usage(std::string(what) + " has " + std::to_string(size) + " elements, expected " + std::to_string(expected));
+  return usageError(std::string(what) + " has " + std::to_string(size) + " elements, expected " +
+                    std::to_string(expected));
 }
 
 // Every input has as many elements as the output, which one call may have.
@@ -146,7 +144,7 @@ Status checkReceivers(std::size_t count, std::initializer_list<std::pair<const c
   for (const auto& [name, size] : inputs) {
     if (size != count) return wrongSize(name, size, count);
   }
-  if (count > kMaxReceivers) return usage(std::to_string(count) + " receivers in one call, expected at most 2^31");
+  if (count > kMaxReceivers) return usageError(std::to_string(count) + " receivers in one call, expected at most 2^31");
   return done();
 }
 
@@ -211,9 +209,9 @@ Status Relighter::relight(const LightSetup& setup) {
 
 Status Relighter::check(const LightSetup& setup) const {
   if (setup.surfelIrradianceOnGpu && state_->kind != BackendKind::gl)
-    return usage("light setup: surfelIrradianceOnGpu needs the OpenGL backend");
+    return usageError("light setup: surfelIrradianceOnGpu needs the OpenGL backend");
   if (!state_->surfelArrays && !(setup.surfelIrradiance.empty() && setup.surfelEmission.empty())) {
-    return usage("light setup: surfelIrradiance or surfelEmission without RelightOptions::surfelArrays");
+    return usageError("light setup: surfelIrradiance or surfelEmission without RelightOptions::surfelArrays");
   }
   if (Status ok = checkSetup(setup, state_->surfelCount, state_->skyPatchCount); !ok) return ok;
   if (Status ok = checkEmissions(setup, state_->emitters, state_->imageSizes, state_->kind); !ok) return ok;
@@ -228,8 +226,8 @@ void Relighter::reset() {
 
 Status Relighter::inherit(const Relighter& previous, const Bake& bake) try {
   if (bake.surfels.count() != state_->surfelCount || bake.provenance.sceneHash != state_->sceneHash)
-    return usage("inherit: the bake is not the one that this relighter was made from");
-  if (!state_->surfelArrays) return usage("inherit: needs RelightOptions::surfelArrays");
+    return usageError("inherit: the bake is not the one that this relighter was made from");
+  if (!state_->surfelArrays) return usageError("inherit: needs RelightOptions::surfelArrays");
   if (previous.state_->caches.grid.cache.empty())
     return Error{ErrorCode::unsupported, "inherit: the previous bake has no grid to read light from"};
   const CacheLight light = previous.state_->cacheLight();
@@ -370,8 +368,8 @@ Status Relighter::ambientVolume(const AmbientVolume& volume, std::span<glm::vec3
     fits = fits && points == 1;
   }
   if (!fits) {
-    return usage("cubes has " + std::to_string(cubes.size()) + " elements, expected 6 for each of " +
-                 std::to_string(n.x) + " x " + std::to_string(n.y) + " x " + std::to_string(n.z) + " points");
+    return usageError("cubes has " + std::to_string(cubes.size()) + " elements, expected 6 for each of " +
+                      std::to_string(n.x) + " x " + std::to_string(n.y) + " x " + std::to_string(n.z) + " points");
   }
   if (!cubes.empty()) {
     relume::ambientVolume(state_->caches, state_->cacheLight(), volume, cubes, state_->parallelFor);
@@ -398,7 +396,8 @@ Status Relighter::writeResolveTexture(std::size_t texture, std::span<std::byte> 
   const Result<TextureResolve> resolve = describeTextures(source);
   if (!resolve) return resolve.error();
   if (texture >= resolve->textures.size())
-    return usage("texture is " + std::to_string(texture) + ", there are " + std::to_string(resolve->textures.size()));
+    return usageError("texture is " + std::to_string(texture) + ", there are " +
+                      std::to_string(resolve->textures.size()));
   const ResolveTexture& wanted = resolve->textures[texture];
   if (texels.size() != wanted.bytes) return wrongSize("texels", texels.size(), wanted.bytes);
   const std::span<const float> gridTexels =

@@ -24,26 +24,28 @@ constexpr int kReach = 2;                                // pixels of the patter
 constexpr int kRadius = 8;                               // [pixels] of the blur
 constexpr float kSigma = 4.0f;                           // [pixels]
 
-Error usage(const std::string& what) { return {ErrorCode::usage, "cones of pixels: " + what}; }
+Error pixelConesError(const std::string& what) { return {ErrorCode::usage, "cones of pixels: " + what}; }
 
 Status checkPixels(const PixelReceivers& p) {
   if (p.width < 1 || p.width > 16384 || p.height < 1 || p.height > 16384)
-    return usage(std::to_string(p.width) + " x " + std::to_string(p.height) + " pixels, expected 1 to 16384 each way");
+    return pixelConesError(std::to_string(p.width) + " x " + std::to_string(p.height) +
+                           " pixels, expected 1 to 16384 each way");
   const std::size_t count = std::size_t{p.width} * p.height;
   for (const std::size_t size : {p.positionWorld.size(), p.plane.size(), p.normal.size(), p.depth.size()}) {
     if (size != count)
-      return usage("an image has " + std::to_string(size) + " pixels, expected " + std::to_string(count));
+      return pixelConesError("an image has " + std::to_string(size) + " pixels, expected " + std::to_string(count));
   }
   for (std::size_t i = 0; i < count; ++i) {
     if (p.depth[i] == 0.0f) continue;
     if (!(p.depth[i] > 0.0f && p.depth[i] <= kMaxCoordinate) || !isWithin(p.positionWorld[i], kMaxCoordinate) ||
         !isWithin(p.plane[i], 2.0f) || !isWithin(p.normal[i], 2.0f))
-      return usage("pixel " + std::to_string(i) +
-                   " has a position, normal or depth that is out of range or not finite");
+      return pixelConesError("pixel " + std::to_string(i) +
+                             " has a position, normal or depth that is out of range or not finite");
   }
   for (int c = 0; c < 4; ++c) {
     for (int r = 0; r < 4; ++r) {
-      if (!std::isfinite(p.clipFromWorld[c][r])) return usage("clipFromWorld has a number that is not finite");
+      if (!std::isfinite(p.clipFromWorld[c][r]))
+        return pixelConesError("clipFromWorld has a number that is not finite");
     }
   }
   return done();
@@ -199,8 +201,8 @@ glm::vec4 limited(const Picture& picture, std::span<const glm::vec4> light, cons
 
 Result<PixelCones> PixelCones::create(const PixelConeOptions& options) {
   if (options.mostFrames < 1 || options.mostFrames > 1024)
-    return usage(std::to_string(options.mostFrames) + " frames to keep, expected 1 to 1024");
-  if (!(options.falloff >= 0.0f && options.falloff <= 1e6f)) return usage("falloff is outside of 0 to 1e6");
+    return pixelConesError(std::to_string(options.mostFrames) + " frames to keep, expected 1 to 1024");
+  if (!(options.falloff >= 0.0f && options.falloff <= 1e6f)) return pixelConesError("falloff is outside of 0 to 1e6");
   return PixelCones(options);
 }
 

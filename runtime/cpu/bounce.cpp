@@ -19,8 +19,6 @@
 namespace relume::cpu {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
-
 static_assert(kShareShift == kCacheBits && kShareOne == kMaxShare);
 
 // surfaceLobe() by TiltedSurfel::angle.
@@ -28,7 +26,7 @@ const float* lobesByAngle() {
   static const std::array<float, 512> kLobes = [] {
     std::array<float, 512> lobes;
     for (std::size_t i = 0; i < 256; ++i) {
-      const SurfaceLobe lobe = surfaceLobe(std::cos(kPi * static_cast<float>(i) / 255.0f));
+      const SurfaceLobe lobe = surfaceLobe(std::cos(std::numbers::pi_v<float> * static_cast<float>(i) / 255.0f));
       lobes[2 * i] = lobe.linear;
       lobes[2 * i + 1] = lobe.clamped;
     }
@@ -80,7 +78,8 @@ Bounce::Bounce(const Caches& caches, const Surfels& surfels, std::span<const std
 void Bounce::addTilted(const Surfels& surfels, std::uint32_t s, std::uint8_t slot) {
   const Stencil stencil = lightmapStencil(caches_, unpackUnorm16x2(surfels.receiver[s]));
   const float cosine = glm::clamp(glm::dot(stencilNormal(caches_, stencil), surfels.normal[s]), -1.0f, 1.0f);
-  tilted_.push_back({slot, static_cast<std::uint8_t>(std::lrint(std::acos(cosine) * 255.0f / kPi))});
+  tilted_.push_back(
+      {slot, static_cast<std::uint8_t>(std::lrint(std::acos(cosine) * 255.0f / std::numbers::pi_v<float>))});
 }
 
 void Bounce::colorCaches(const LightSurfelsKernel& kernel, const StoredLight& light, std::uint32_t begin,
@@ -92,7 +91,7 @@ void Bounce::colorCaches(const LightSurfelsKernel& kernel, const StoredLight& li
   job.normal = &caches_.normal[job.light.first].x;
   job.normalsCount = normalsCount_;
   // 2 pi y_0 times coefficient 0; a cache without a normal has gathered the whole sphere, and gives half of that.
-  job.constant[1] = 2.0f * kPi * 0.282094792f;
+  job.constant[1] = 2.0f * std::numbers::pi_v<float> * 0.282094792f;
   job.constant[0] = light.bands().irradianceOnMap ? job.constant[1] : 0.5f * job.constant[1];
   job.color = cacheColor_.data() + job.light.first;
   kernel.colorCaches(job, begin, end);

@@ -16,8 +16,6 @@
 namespace relume::cpu {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
-
 // Vectors of the zonal band that zonalIrradiance() guesses, half +a; half -a has the opposite. Of zonal coefficient z
 // about d, Int over w_a > 0 of z y_2(w . d) w dw = z sqrt(5 / 16 pi) (3 pi / 2 d_a d - pi / 4 (3 d_a² + 1) e_a).
 glm::vec3 zonalVector(float c0, const glm::vec3& linear, int a) {
@@ -56,7 +54,7 @@ void makeCacheVectors(const CacheBands& bands, std::span<const float> c, CacheVe
     }
   }
   // Int of y_0 w_a is y_0 pi; of band 1, half of sqrt(4 pi / 3) times the vector.
-  constexpr float kConstant = 0.28209479177387814f * kPi, kLinear = 0.5f * 2.0466534f;
+  constexpr float kConstant = 0.28209479177387814f * std::numbers::pi_v<float>, kLinear = 0.5f * 2.0466534f;
   for (int a = 0; a < 3; ++a) {
     std::array<glm::vec3, 3> even{}, odd{};
     for (std::size_t k = 0; k < 3; ++k) {

@@ -15,7 +15,7 @@
 namespace relume::cpu {
 namespace {
 
-constexpr std::uint32_t kGrain = 64;
+constexpr std::uint32_t kCachesAtOnce = 64;
 
 // The cone kernel works with monic polynomials: y_l^m = K q_l^|m|(z) Re or Im (x + i y)^|m| with q's leading factor 1,
 // and band ratios without their constant r_l. r_l K / y_0^0 makes up for both at the end of a cache's sum:
@@ -87,7 +87,7 @@ void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const
     if (afterwards) afterwards(0, links.cacheCount());
     return;
   }
-  forChunks(parallelFor, links.cacheCount(), kGrain, [&](std::uint32_t begin, std::uint32_t end) {
+  forChunks(parallelFor, links.cacheCount(), kCachesAtOnce, [&](std::uint32_t begin, std::uint32_t end) {
     const std::uint32_t cut = std::clamp(light.firstMapCache(), begin, end);
     if (begin < cut) kernel(grid, begin, cut);
     if (cut < end) kernel(map, cut, end);

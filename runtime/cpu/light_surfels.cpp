@@ -18,9 +18,8 @@
 namespace relume::cpu {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
 // Blocks of a task.
-constexpr std::uint32_t kGrain = 16;
+constexpr std::uint32_t kBlocksAtOnce = 16;
 
 // Numbers of a block: red, green, blue of each surfel.
 struct BlockColors {
@@ -104,30 +103,31 @@ bool emit(const SurfelSet& surfels, const LightSetup& setup, std::uint32_t first
   const bool drives = !setup.materialEmissions.empty();
   if (!setup.surfelEmission.empty()) {
     for (std::uint32_t i = 0; i < count; ++i)
-      radiosity.put(i, kPi * setup.surfelEmission[surfels.bakedSurfel(first + i)]);
+      radiosity.put(i, std::numbers::pi_v<float> * setup.surfelEmission[surfels.bakedSurfel(first + i)]);
     for (std::size_t k = 0; k < emitters.size() && drives; ++k) {
       const std::uint32_t i = emitters[k].surfel - first;
-      radiosity.put(
-          i, kPi * (setup.surfelEmission[surfels.bakedSurfel(emitters[k].surfel)] + surfels.driven(emitters[k])));
+      radiosity.put(i, std::numbers::pi_v<float> * (setup.surfelEmission[surfels.bakedSurfel(emitters[k].surfel)] +
+                                                    surfels.driven(emitters[k])));
     }
     return true;
   }
   if (drives && !emitters.empty()) {
     std::fill(std::begin(radiosity.value), std::end(radiosity.value), 0.0f);
-    for (const SurfelSet::Emitter& each : emitters) radiosity.put(each.surfel - first, kPi * surfels.driven(each));
+    for (const SurfelSet::Emitter& each : emitters)
+      radiosity.put(each.surfel - first, std::numbers::pi_v<float> * surfels.driven(each));
     return true;
   }
   if (emitters.empty() || setup.emissionScale == glm::vec3(0.0f)) return false;
   std::fill(std::begin(radiosity.value), std::end(radiosity.value), 0.0f);
   for (const SurfelSet::Emitter& each : emitters)
-    radiosity.put(each.surfel - first, kPi * each.emission * setup.emissionScale);
+    radiosity.put(each.surfel - first, std::numbers::pi_v<float> * each.emission * setup.emissionScale);
   return true;
 }
 
 void lightSky(const SurfelSet& surfels, const LightSetup& setup, std::span<std::uint32_t> node) {
   for (std::size_t p = 0; p < surfels.skyLeaves().size(); ++p) {
     const glm::vec3 radiance = setup.skyPatches.empty() ? setup.skyRadiance : setup.skyPatches[p];
-    node[surfels.skyLeaves()[p]] = packColor(kPi * radiance, ditherOf(surfels.skyLeaves()[p]));
+    node[surfels.skyLeaves()[p]] = packColor(std::numbers::pi_v<float> * radiance, ditherOf(surfels.skyLeaves()[p]));
   }
 }
 
@@ -146,7 +146,7 @@ void lightSurfels(const LightSurfelsKernel& kernel, const SurfelSet& surfels, co
   const bool byHost =
       !setup.surfelIrradiance.empty() || ((setup.visibility || setup.visibilityBatch) && !lights.empty());
   const std::uint32_t blocks = (surfels.count() + kSurfelBlock - 1) / kSurfelBlock;
-  forChunks(parallelFor, blocks, kGrain, [&](std::uint32_t begin, std::uint32_t end) {
+  forChunks(parallelFor, blocks, kBlocksAtOnce, [&](std::uint32_t begin, std::uint32_t end) {
     BlockColors e, emitted;
     alignas(64) std::uint32_t at[kSurfelBlock + kAtRoom] = {};
     for (std::uint32_t block = begin; block < end; ++block) {

@@ -14,8 +14,8 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kProbes = 24;  // rays that look for backs
-constexpr std::uint32_t kCells = 16;   // of a chunk
+constexpr std::uint32_t kProbes = 24;        // rays that look for backs
+constexpr std::uint32_t kCellsOfChunk = 16;  // of a chunk
 constexpr float kHalfCell = 0.5f * static_cast<float>(kBrickSide);
 
 // The voxels of a cell by their distance from its middle.
@@ -136,7 +136,7 @@ CellSet findCells(const VoxelVolume& volume) {
   const std::array<int, 64> order = byDistance();
   std::vector<glm::vec3> position(wanted.size());
   std::vector<std::uint8_t> isFree(wanted.size(), 1);
-  forChunks(volume.parallelFor(), static_cast<std::uint32_t>(wanted.size()), kCells,
+  forChunks(volume.parallelFor(), static_cast<std::uint32_t>(wanted.size()), kCellsOfChunk,
             [&](std::uint32_t begin, std::uint32_t end) {
               for (std::uint32_t i = begin; i < end; ++i)
                 isFree[i] = placeCache(volume, wanted[i], order, position[i]) ? 1 : 0;

@@ -20,13 +20,12 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kBasis = 9, kCoefficients = 3 * kBasis;  // of three bands; of a cell
-constexpr std::uint32_t kCells = 16, kSides = 512;               // of a chunk
-constexpr float kPi = std::numbers::pi_v<float>;
+constexpr std::uint32_t kCellsAtOnce = 16, kSidesAtOnce = 512;   // of a chunk
 
 // Basis functions of a frame's rays, which are the same for all cells. [kBasis each, times 4 pi / rays]
 std::vector<float> basisOf(const std::vector<glm::vec3>& direction) {
   std::vector<float> basis(kBasis * direction.size());
-  const float weight = 4.0f * kPi / static_cast<float>(direction.size());
+  const float weight = 4.0f * std::numbers::pi_v<float> / static_cast<float>(direction.size());
   for (std::size_t i = 0; i < direction.size(); ++i) {
     float* const y = basis.data() + kBasis * i;
     evaluateSh(3, direction[i], {y, kBasis});
@@ -42,7 +41,7 @@ glm::vec3 irradianceOf(std::span<const float> coefficients, float brightest, con
   glm::vec3 e(0.0f);
   for (std::uint32_t k = 0; k < kBasis; ++k)
     e += lobe[k] * glm::vec3(coefficients[k], coefficients[kBasis + k], coefficients[2 * kBasis + k]);
-  return glm::clamp(e, glm::vec3(0.0f), glm::vec3(kPi * brightest));
+  return glm::clamp(e, glm::vec3(0.0f), glm::vec3(std::numbers::pi_v<float> * brightest));
 }
 
 }  // namespace
@@ -97,7 +96,7 @@ void LiveCaches::follow(const VoxelVolume& volume) {
   }
   // Caches have other numbers now, so that all stencils are found again.
   std::vector<CellStencil> standing(volume.standingSides()), moving(volume.sideCount() - volume.standingSides());
-  forChunks(volume.parallelFor(), volume.sideCount(), kSides, [&](std::uint32_t begin, std::uint32_t end) {
+  forChunks(volume.parallelFor(), volume.sideCount(), kSidesAtOnce, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t s = begin; s < end; ++s) {
       const VoxelSide& side = volume.side(s);
       (s < standing.size() ? standing[s] : moving[s - standing.size()]) =
@@ -118,7 +117,7 @@ void LiveCaches::follow(const VoxelVolume& volume) {
 
 // Irradiance of the caches at each side.
 void LiveCaches::bounce(const VoxelVolume& volume, float scale) {
-  forChunks(volume.parallelFor(), volume.sideCount(), kSides, [&](std::uint32_t begin, std::uint32_t end) {
+  forChunks(volume.parallelFor(), volume.sideCount(), kSidesAtOnce, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t s = begin; s < end; ++s) {
       const CellStencil& stencil = s < standing_.size() ? standing_[s] : moving_[s - standing_.size()];
       bounced_[s] = scale * readStencil(stencil, coefficients_, brightest_, volume.side(s).normal);
@@ -131,7 +130,7 @@ void LiveCaches::gather(const VoxelVolume& volume, const LiveFrame& frame) {
   const std::vector<float> basis = basisOf(rays.direction);
   const VolumeGrid& grid = volume.grid();
   const float far = std::numeric_limits<float>::infinity();
-  forChunks(volume.parallelFor(), activeCells(), kCells, [&](std::uint32_t begin, std::uint32_t end) {
+  forChunks(volume.parallelFor(), activeCells(), kCellsAtOnce, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t c = begin; c < end; ++c) {
       std::array<float, kCoefficients> sum{};
       float brightest = 0.0f;

@@ -15,28 +15,28 @@
 namespace relume {
 namespace {
 
-Error usage(const std::string& what) { return {ErrorCode::usage, "live light: " + what}; }
+Error liveError(const std::string& what) { return {ErrorCode::usage, "live light: " + what}; }
 
 }  // namespace
 
 Status checkLiveOptions(const LiveOptions& options) {
   if (options.raysPerCell < 8 || options.raysPerCell > 4096)
-    return usage(std::to_string(options.raysPerCell) + " rays for a cell, expected 8 to 4096");
+    return liveError(std::to_string(options.raysPerCell) + " rays for a cell, expected 8 to 4096");
   return done();
 }
 
 Status checkLiveFrame(const LiveFrame& frame) {
-  if (!isRadiance(frame.emissionScale)) return usage("emissionScale has a channel outside of 0 to 1e9");
-  if (!(frame.bounceScale >= 0.0f && frame.bounceScale <= 1.0f)) return usage("bounceScale is outside of 0 to 1");
-  if (!(frame.keep >= 0.0f && frame.keep < 1.0f)) return usage("keep is outside of 0 to 1, 1 not included");
-  if (!isRadiance(frame.sky.radiance)) return usage("the sky's radiance has a channel outside of 0 to 1e9");
+  if (!isRadiance(frame.emissionScale)) return liveError("emissionScale has a channel outside of 0 to 1e9");
+  if (!(frame.bounceScale >= 0.0f && frame.bounceScale <= 1.0f)) return liveError("bounceScale is outside of 0 to 1");
+  if (!(frame.keep >= 0.0f && frame.keep < 1.0f)) return liveError("keep is outside of 0 to 1, 1 not included");
+  if (!isRadiance(frame.sky.radiance)) return liveError("the sky's radiance has a channel outside of 0 to 1e9");
   if (frame.sky.map.empty()) return done();
   if (frame.sky.map.size() != std::size_t{frame.sky.side} * frame.sky.side)
-    return usage("the sky's map has " + std::to_string(frame.sky.map.size()) +
-                 " texels, expected the square of its side, " + std::to_string(frame.sky.side));
+    return liveError("the sky's map has " + std::to_string(frame.sky.map.size()) +
+                     " texels, expected the square of its side, " + std::to_string(frame.sky.side));
   for (std::size_t i = 0; i < frame.sky.map.size(); ++i) {
     if (!isRadiance(frame.sky.map[i]))
-      return usage("texel " + std::to_string(i) + " of the sky's map has a channel outside of 0 to 1e9");
+      return liveError("texel " + std::to_string(i) + " of the sky's map has a channel outside of 0 to 1e9");
   }
   return done();
 }

@@ -14,26 +14,29 @@ namespace {
 
 constexpr std::uint32_t kMaxWidth = 16384, kMaxStride = 1024;
 
-Error usage(const std::string& what) { return {ErrorCode::usage, "depth view: " + what}; }
+Error depthViewError(const std::string& what) { return {ErrorCode::usage, "depth view: " + what}; }
 
 }  // namespace
 
 Status checkDepthView(const DepthView& view) {
   if (view.width < 1 || view.height < 1 || view.width > kMaxWidth || view.height > kMaxWidth)
-    return usage(std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels, expected 1 to " +
-                 std::to_string(kMaxWidth) + " each way");
+    return depthViewError(std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels, expected 1 to " +
+                          std::to_string(kMaxWidth) + " each way");
   if (view.depth.size() != std::size_t{view.width} * view.height)
-    return usage(std::to_string(view.depth.size()) + " depths, expected one for each of " + std::to_string(view.width) +
-                 " x " + std::to_string(view.height) + " pixels");
+    return depthViewError(std::to_string(view.depth.size()) + " depths, expected one for each of " +
+                          std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels");
   if (view.stride < 1 || view.stride > kMaxStride)
-    return usage("a stride of " + std::to_string(view.stride) + " pixels, expected 1 to " + std::to_string(kMaxStride));
+    return depthViewError("a stride of " + std::to_string(view.stride) + " pixels, expected 1 to " +
+                          std::to_string(kMaxStride));
   for (int c = 0; c < 4; ++c) {
     for (int r = 0; r < 3; ++r) {
-      if (!std::isfinite(view.worldFromPixel[c][r])) return usage("worldFromPixel has a number that is not finite");
+      if (!std::isfinite(view.worldFromPixel[c][r]))
+        return depthViewError("worldFromPixel has a number that is not finite");
     }
   }
   for (std::size_t i = 0; i < view.depth.size(); ++i) {
-    if (std::isnan(view.depth[i])) return usage("the depth of pixel " + std::to_string(i) + " is not a number");
+    if (std::isnan(view.depth[i]))
+      return depthViewError("the depth of pixel " + std::to_string(i) + " is not a number");
   }
   return done();
 }

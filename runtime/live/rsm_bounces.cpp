@@ -16,7 +16,7 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kCells = 16;  // of a chunk
+constexpr std::uint32_t kBouncingCellsAtOnce = 16;  // of a chunk
 
 constexpr float kTouching2 = 1e-12f;  // [m²] nearer than a micrometre a direction means nothing
 constexpr float kMaxLight = 1e24f;    // of a sample: sums and bounces of it stay finite
@@ -80,7 +80,7 @@ void gatherFirstBounce(std::span<const RsmSample> samples, const CellOcclusion& 
   const CellOcclusion* hides = occlusion.mode == CellVisibility::none ? nullptr : &occlusion;
   const std::size_t count = field.count();
   withCounts(field.bands, [&](auto luma, auto chroma) {
-    forChunks(parallelFor, static_cast<std::uint32_t>(cells.size()), kCells,
+    forChunks(parallelFor, static_cast<std::uint32_t>(cells.size()), kBouncingCellsAtOnce,
               [&](std::uint32_t begin, std::uint32_t end) {
                 for (std::uint32_t c = begin; c < end; ++c) {
                   FieldNumbers sum{};
@@ -112,7 +112,7 @@ void gatherNextBounce(const CellField& first, const CellField& in, const Seconda
   const float weight = 4.0f * rays.averageAlbedo / static_cast<float>(rays.count);
   const bool isExact = occlusion.mode == CellVisibility::exact;
   withCounts(out.bands, [&](auto luma, auto chroma) {
-    forChunks(parallelFor, static_cast<std::uint32_t>(cells.size()), kCells,
+    forChunks(parallelFor, static_cast<std::uint32_t>(cells.size()), kBouncingCellsAtOnce,
               [&](std::uint32_t begin, std::uint32_t end) {
                 for (std::uint32_t c = begin; c < end; ++c) {
                   FieldNumbers sum{};

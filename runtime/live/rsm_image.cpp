@@ -19,9 +19,8 @@ namespace {
 
 constexpr std::uint32_t kMaxSide = 4096;
 constexpr float kMaxFlux = 1e30f;  // [W] sums of it over a map stay finite
-constexpr double kPi = std::numbers::pi;
 
-Error usage(std::size_t map, const std::string& what) {
+Error mapError(std::size_t map, const std::string& what) {
   return {ErrorCode::usage, "reflective shadow map " + std::to_string(map) + ": " + what};
 }
 
@@ -68,8 +67,8 @@ void drawFrom(const RsmImage& image, std::uint64_t count, std::uint32_t set, std
     RsmSample sample;
     sample.positionWorld = texel.positionWorld;
     sample.normal = texel.normal;
-    sample.power = rgbToYCoCg(static_cast<float>(share / kPi) * texel.flux);
-    sample.softening = static_cast<float>(share / kPi) * texel.area;
+    sample.power = rgbToYCoCg(static_cast<float>(share / std::numbers::pi) * texel.flux);
+    sample.softening = static_cast<float>(share / std::numbers::pi) * texel.area;
     sample.place = glm::min(placeOf(index), glm::vec3(0x1.fffffep-1f));
     samples.push_back(sample);
   }
@@ -81,15 +80,16 @@ Status checkRsm(std::span<const RsmImage> images) {
   for (std::size_t i = 0; i < images.size(); ++i) {
     const RsmImage& image = images[i];
     if (image.side < 1 || image.side > kMaxSide)
-      return usage(i, std::to_string(image.side) + " texels along its side, expected 1 to " + std::to_string(kMaxSide));
+      return mapError(i,
+                      std::to_string(image.side) + " texels along its side, expected 1 to " + std::to_string(kMaxSide));
     if (image.faces != 1 && image.faces != 6)
-      return usage(i, std::to_string(image.faces) + " faces, expected 1 or the 6 of a cube");
+      return mapError(i, std::to_string(image.faces) + " faces, expected 1 or the 6 of a cube");
     const std::size_t expected = std::size_t{image.faces} * image.side * image.side;
     if (image.texel.size() != expected)
-      return usage(i, std::to_string(image.texel.size()) + " texels, expected faces times the square of its side, " +
-                          std::to_string(expected));
+      return mapError(i, std::to_string(image.texel.size()) + " texels, expected faces times the square of its side, " +
+                             std::to_string(expected));
     for (std::size_t t = 0; t < expected; ++t) {
-      if (const char* fault = faultOf(image.texel[t])) return usage(i, "texel " + std::to_string(t) + ": " + fault);
+      if (const char* fault = faultOf(image.texel[t])) return mapError(i, "texel " + std::to_string(t) + ": " + fault);
     }
   }
   return done();

@@ -29,13 +29,13 @@ constexpr float kAcross = 2.0f;  // over the longest side, more than a volume's 
 constexpr float kMaxFactor = 100.0f;
 constexpr std::size_t kReads = 4;  // places that a receiver reads
 
-Error usage(const std::string& what) { return {ErrorCode::usage, "live light by reflective shadow maps: " + what}; }
+Error rsmError(const std::string& what) { return {ErrorCode::usage, "live light by reflective shadow maps: " + what}; }
 
 bool isFactor(float v) { return v >= 0.0f && v <= kMaxFactor; }
 
 Status checkCount(const char* what, std::uint32_t found, std::uint32_t most) {
   if (found >= 1 && found <= most) return done();
-  return usage(std::to_string(found) + " " + what + ", expected 1 to " + std::to_string(most));
+  return rsmError(std::to_string(found) + " " + what + ", expected 1 to " + std::to_string(most));
 }
 
 // Where a receiver reads, from its own place [cells]: half a cell along the normal, and on a ring of half a cell around
@@ -83,17 +83,17 @@ float averageAlbedoOf(const VoxelVolume& volume) {
 Result<RsmLight> RsmLight::create(const RsmOptions& options) {
   const Bands& bands = options.bands;
   if (bands.luma < 1 || bands.luma > kMaxFieldBands || bands.chroma < 1 || bands.chroma > bands.luma)
-    return usage(std::to_string(bands.luma) + " bands of luma and " + std::to_string(bands.chroma) +
-                 " of chroma, expected 1 to " + std::to_string(kMaxFieldBands) + ", chroma at most luma");
+    return rsmError(std::to_string(bands.luma) + " bands of luma and " + std::to_string(bands.chroma) +
+                    " of chroma, expected 1 to " + std::to_string(kMaxFieldBands) + ", chroma at most luma");
   if (Status ok = checkCount("samples", options.samples, 4096); !ok) return ok.error();
   if (Status ok = checkCount("secondary rays", options.secondaryRays, 4096); !ok) return ok.error();
   if (Status ok = checkCount("samples of a way", options.marchSamples, 64); !ok) return ok.error();
   if (Status ok = checkCount("samples of a secondary ray", options.secondarySamples, 64); !ok) return ok.error();
   if (options.bounces < 1 || options.bounces > 64)
-    return usage(std::to_string(options.bounces) + " bounces, expected 1 to 64");
+    return rsmError(std::to_string(options.bounces) + " bounces, expected 1 to 64");
   if (options.occupancy == CellOccupancy::depth && options.bounces > 1)
-    return usage("occupancy by depth serves one bounce, " + std::to_string(options.bounces) +
-                 " are asked for: what the camera does not see sends light as well");
+    return rsmError("occupancy by depth serves one bounce, " + std::to_string(options.bounces) +
+                    " are asked for: what the camera does not see sends light as well");
   return RsmLight(options);
 }
 
@@ -103,21 +103,21 @@ void RsmLight::reset() {
 }
 
 Status RsmLight::check(const RsmFrame& frame) const {
-  if (!(frame.keep >= 0.0f && frame.keep < 1.0f)) return usage("keep is outside of 0 to 1, 1 not included");
+  if (!(frame.keep >= 0.0f && frame.keep < 1.0f)) return rsmError("keep is outside of 0 to 1, 1 not included");
   if (!(frame.averagedFrames >= 1.0f && frame.averagedFrames <= 1e6f))
-    return usage("averagedFrames is outside of 1 to 1e6");
+    return rsmError("averagedFrames is outside of 1 to 1e6");
   if (frame.averageAlbedo && !(*frame.averageAlbedo >= 0.0f && *frame.averageAlbedo <= 1.0f))
-    return usage("averageAlbedo is outside of 0 to 1");
+    return rsmError("averageAlbedo is outside of 0 to 1");
   if (!isFactor(frame.presence) || !isFactor(frame.bleeding))
-    return usage("presence or bleeding is outside of 0 to 100");
+    return rsmError("presence or bleeding is outside of 0 to 100");
   for (std::size_t i = 0; i < frame.areas.size(); ++i) {
     const RsmArea& area = frame.areas[i];
     if (!isFactor(area.presence) || !isFactor(area.bleeding) || !isWithin(area.boxMin, kMaxCoordinate) ||
         !isWithin(area.boxMax, kMaxCoordinate))
-      return usage("area " + std::to_string(i) + " has a number that is not finite or out of its range");
+      return rsmError("area " + std::to_string(i) + " has a number that is not finite or out of its range");
   }
   if (options_.occupancy == CellOccupancy::depth) {
-    if (frame.depth == nullptr) return usage("occupancy by depth needs RsmFrame::depth");
+    if (frame.depth == nullptr) return rsmError("occupancy by depth needs RsmFrame::depth");
     if (Status ok = checkDepthView(*frame.depth); !ok) return ok;
   }
   return checkRsm(frame.images);

@@ -13,7 +13,7 @@
 namespace relume::gpu {
 namespace {
 
-constexpr std::size_t kSmallestBuffer = 16;  // [byte] of a binding
+constexpr std::size_t kSmallestRange = 16;  // [byte] of a binding
 
 // Bytes of a link in LinkArrays::shape.
 std::size_t shapeBytes(const Links& links) {
@@ -53,12 +53,12 @@ Result<std::pmr::vector<LinkBatch>> makeBatches(std::span<const std::uint32_t> r
     const std::size_t linkStart = alignDown(first * linkBytes), shapeStart = alignDown(first * shape);
     batch.linkStart = linkStart;
     batch.wordOffset = static_cast<std::uint32_t>((first * linkBytes - linkStart) / 4);
-    batch.linkBytes = std::max(first * linkBytes + count * linkBytes - linkStart, kSmallestBuffer);
+    batch.linkBytes = std::max(first * linkBytes + count * linkBytes - linkStart, kSmallestRange);
     batch.shapeStart = shapeStart;
     batch.halfOffset = static_cast<std::uint32_t>((first * shape - shapeStart) / 2);
     // Whole words: the last half may share its word with padding.
     const std::size_t shapeEnd = (first + count) * shape;
-    batch.shapeBytes = std::max((shapeEnd - shapeStart + 3) / 4 * 4, kSmallestBuffer);
+    batch.shapeBytes = std::max((shapeEnd - shapeStart + 3) / 4 * 4, kSmallestRange);
     // Caches without links keep the zeros their buffer began with.
     if (count > 0) batches.push_back(batch);
   }

@@ -5,6 +5,7 @@
 #include "formats/decimal.h"
 #include "formats/limits.h"
 #include "formats/pack.h"
+#include "runtime/shared/usage_error.h"
 
 #include <glm/common.hpp>
 
@@ -13,8 +14,6 @@
 
 namespace relume {
 namespace {
-
-Error usage(std::string message) { return Error{ErrorCode::usage, std::move(message)}; }
 
 std::string text(const glm::vec3& v) { return "(" + decimal(v.x) + ", " + decimal(v.y) + ", " + decimal(v.z) + ")"; }
 std::string text(const glm::uvec2& size) { return std::to_string(size.x) + " x " + std::to_string(size.y); }
@@ -34,17 +33,19 @@ Error noneDrivable() {
 // name(): made only where something is refused.
 template <class Name>
 Status checkImage(const MaterialEmission& emission, const Name& name, const glm::uvec2& size) {
-  if (size.x == 0) return usage(name() + " has an image, but none is declared for it in RelightOptions::drivenImages");
+  if (size.x == 0)
+    return usageError(name() + " has an image, but none is declared for it in RelightOptions::drivenImages");
   if (emission.image.empty()) return done();
   const std::size_t expected = std::size_t{size.x} * size.y;
   if (emission.image.size() != expected) {
-    return usage(name() + ".image has " + std::to_string(emission.image.size()) + " texels, expected " +
-                 std::to_string(expected) + ", the " + text(size) + " that were declared");
+    return usageError(name() + ".image has " + std::to_string(emission.image.size()) + " texels, expected " +
+                      std::to_string(expected) + ", the " + text(size) + " that were declared");
   }
   for (std::size_t i = 0; i < expected; ++i) {
     if (!isRadiance(emission.image[i])) {
-      return usage(name() + ".image: texel " + std::to_string(i % size.x) + ", " + std::to_string(i / size.x) + " is " +
-                   text(emission.image[i]) + ", expected 0 to " + decimal(kMaxRadiance) + " in each channel");
+      return usageError(name() + ".image: texel " + std::to_string(i % size.x) + ", " + std::to_string(i / size.x) +
+                        " is " + text(emission.image[i]) + ", expected 0 to " + decimal(kMaxRadiance) +
+                        " in each channel");
     }
   }
   return done();
@@ -59,19 +60,19 @@ Result<ImageSizes> declareImages(const Emitters& emitters, std::span<const Drive
   for (const DrivenImage& image : images) {
     const std::string name = "driven image of \"" + image.material + "\"";
     if (image.width < 1 || image.height < 1 || image.width > kMaxDrivenSide || image.height > kMaxDrivenSide) {
-      return usage(name + ": " + text(glm::uvec2(image.width, image.height)) + " texels, expected 1 to " +
-                   std::to_string(kMaxDrivenSide) + " along a side");
+      return usageError(name + ": " + text(glm::uvec2(image.width, image.height)) + " texels, expected 1 to " +
+                        std::to_string(kMaxDrivenSide) + " along a side");
     }
     bool found = false;
     for (std::size_t m = 0; m < sizes.size(); ++m) {
       if (emitters.materials[m].name != image.material) continue;
-      if (sizes[m].x != 0) return usage(name + " is declared twice");
+      if (sizes[m].x != 0) return usageError(name + " is declared twice");
       if (!emitters.materials[m].textured)
-        return usage(name + ": some of its meshes have no texture coordinates; a colour can drive it");
+        return usageError(name + ": some of its meshes have no texture coordinates; a colour can drive it");
       sizes[m] = {image.width, image.height};
       found = true;
     }
-    if (!found) return usage(name + ": no such drivable material; there are " + namesOf(emitters));
+    if (!found) return usageError(name + ": no such drivable material; there are " + namesOf(emitters));
   }
   return sizes;
 }
@@ -80,7 +81,7 @@ Status checkEmissions(const LightSetup& setup, const Emitters& emitters, const I
   const std::span<const MaterialEmission> emissions = setup.materialEmissions;
   if (emissions.empty()) return done();
   if (!setup.surfelEmission.empty())
-    return usage("light setup: surfelEmission and materialEmissions: one of them expected, both found");
+    return usageError("light setup: surfelEmission and materialEmissions: one of them expected, both found");
   if (emitters.materials.empty()) {
     Error none = noneDrivable();
     none.message = "light setup: materialEmissions: " + none.message;
@@ -94,20 +95,20 @@ Status checkEmissions(const LightSetup& setup, const Emitters& emitters, const I
       return e.material < sizes.size() ? known + " (\"" + emitters.materials[e.material].name + "\")" : known;
     };
     if (e.material >= sizes.size()) {
-      return usage(name() + ".material is " + std::to_string(e.material) + ", expected less than " +
-                   std::to_string(sizes.size()) + ": " + namesOf(emitters));
+      return usageError(name() + ".material is " + std::to_string(e.material) + ", expected less than " +
+                        std::to_string(sizes.size()) + ": " + namesOf(emitters));
     }
     for (std::size_t j = 0; j < i; ++j) {
       if (emissions[j].material == e.material)
-        return usage(name() + " names the material of materialEmissions[" + std::to_string(j) + "] again");
+        return usageError(name() + " names the material of materialEmissions[" + std::to_string(j) + "] again");
     }
     if (!isRadiance(e.radiance)) {
-      return usage(name() + ".radiance is " + text(e.radiance) + ", expected 0 to " + decimal(kMaxRadiance) +
-                   " in each channel");
+      return usageError(name() + ".radiance is " + text(e.radiance) + ", expected 0 to " + decimal(kMaxRadiance) +
+                        " in each channel");
     }
-    if (e.texture != 0 && backend != BackendKind::gl) return usage(name() + ".texture needs the OpenGL backend");
+    if (e.texture != 0 && backend != BackendKind::gl) return usageError(name() + ".texture needs the OpenGL backend");
     if (e.texture != 0 && !e.image.empty())
-      return usage(name() + ": image and texture: one of them expected, both found");
+      return usageError(name() + ": image and texture: one of them expected, both found");
     if (e.texture == 0 && e.image.empty()) continue;
     if (Status ok = checkImage(e, name, sizes[e.material]); !ok) return ok;
   }

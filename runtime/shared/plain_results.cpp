@@ -14,8 +14,6 @@
 namespace relume {
 namespace {
 
-constexpr float kMaxHalf = 65504.0f;
-
 void putHalves(std::span<std::uint16_t> to, const glm::vec3& color, float alpha) {
   for (int k = 0; k < 3; ++k) to[static_cast<std::size_t>(k)] = packHalf(glm::clamp(color[k], -kMaxHalf, kMaxHalf));
   to[3] = packHalf(alpha);

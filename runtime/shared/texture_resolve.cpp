@@ -25,7 +25,6 @@ namespace {
 constexpr std::uint32_t kRow = 1024;
 // Rows of a list, at most: words are counted in floats, which are exact up to here.
 constexpr std::uint32_t kMaxRows = 16384;
-constexpr float kMaxHalf = 65504.0f;
 
 // The textures in their order; those of the grid's texture last, where there is one.
 enum Kind : std::size_t { kLightmap, kCaches, kWords, kVectors, kChroma, kOpen };

@@ -70,13 +70,13 @@ class TriangleOverlap {
     const glm::ivec3 size = glm::abs(normal_);
     const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
     const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-    constexpr int kStep = kVoxelSteps / 4;
+    constexpr int kQuarter = kVoxelSteps / 4;
     std::uint32_t count = 0;
     glm::ivec3 p;
     p[axis] = centre(voxel[axis]);
     for (int i = 0; i < 16; ++i) {
-      p[u] = voxel[u] * kVoxelSteps + kStep / 2 + (i & 3) * kStep;
-      p[v] = voxel[v] * kVoxelSteps + kStep / 2 + (i >> 2) * kStep;
+      p[u] = voxel[u] * kVoxelSteps + kQuarter / 2 + (i & 3) * kQuarter;
+      p[v] = voxel[v] * kVoxelSteps + kQuarter / 2 + (i >> 2) * kQuarter;
       bool in = true;
       for (std::size_t k = 0; k < 3; ++k) {
         const Edge& e = edge_[3 * static_cast<std::size_t>(axis) + k];

@@ -11,7 +11,7 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kTriangles = 4096;  // of a chunk
+constexpr std::uint32_t kTrianglesOfChunk = 4096;  // of a chunk
 
 struct Numbered {
   std::uint32_t voxel = 0;
@@ -63,9 +63,9 @@ void addPairs(const VolumeGrid& grid, const SnappedTriangle& triangle, std::uint
 VoxelPairs findPairs(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, std::uint32_t first,
                      std::uint32_t end, const ParallelFor& parallelFor, const VoxelLayer& layer) {
   const std::uint32_t count = end - first;
-  std::vector<std::vector<Numbered>> chunks((count + kTriangles - 1) / kTriangles);
-  forChunks(parallelFor, count, kTriangles, [&](std::uint32_t from, std::uint32_t to) {
-    std::vector<Numbered>& pairs = chunks[from / kTriangles];
+  std::vector<std::vector<Numbered>> chunks((count + kTrianglesOfChunk - 1) / kTrianglesOfChunk);
+  forChunks(parallelFor, count, kTrianglesOfChunk, [&](std::uint32_t from, std::uint32_t to) {
+    std::vector<Numbered>& pairs = chunks[from / kTrianglesOfChunk];
     pairs.reserve(2 * std::size_t{to - from});
     std::vector<Part> parts;
     for (std::uint32_t t = first + from; t < first + to; ++t) addPairs(grid, triangles[t], t, layer, parts, pairs);

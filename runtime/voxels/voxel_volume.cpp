@@ -26,7 +26,7 @@ namespace {
 constexpr std::uint32_t kSnapChunk = 4096, kSides = 64;  // 4 x 64 places: as many as VisibilityBatch takes
 constexpr float kLift = 0.05f;                           // [voxel] of places off their surface, which is rounded
 
-Error usage(const std::string& what) { return {ErrorCode::usage, "voxels: " + what}; }
+Error voxelsError(const std::string& what) { return {ErrorCode::usage, "voxels: " + what}; }
 Error noMemory() { return {ErrorCode::memory, "voxels: memory ran out; fewer cells take less"}; }
 
 glm::vec3 placed(const glm::mat4x3& toWorld, const glm::vec3& p) {
@@ -54,14 +54,14 @@ Bounds boundsOf(const VoxelGeometry& geometry) {
 
 Status checkOptions(const VoxelOptions& options) {
   if (options.cells < kMinCells || options.cells > kMaxCells)
-    return usage(std::to_string(options.cells) + " cells, expected " + std::to_string(kMinCells) + " to " +
-                 std::to_string(kMaxCells));
+    return voxelsError(std::to_string(options.cells) + " cells, expected " + std::to_string(kMinCells) + " to " +
+                       std::to_string(kMaxCells));
   if (!isWithin(options.boxMin, kMaxCoordinate) || !isWithin(options.boxMax, kMaxCoordinate))
-    return usage("the box has a coordinate beyond " + decimal(kMaxCoordinate) + " m, or one that is not finite");
+    return voxelsError("the box has a coordinate beyond " + decimal(kMaxCoordinate) + " m, or one that is not finite");
   for (int k = 0; k < 3; ++k) {
     if (options.boxMin[k] > options.boxMax[k])
-      return usage("the box begins at " + decimal(options.boxMin[k]) + " m and ends before that, at " +
-                   decimal(options.boxMax[k]) + " m, along axis " + std::to_string(k));
+      return voxelsError("the box begins at " + decimal(options.boxMin[k]) + " m and ends before that, at " +
+                         decimal(options.boxMax[k]) + " m, along axis " + std::to_string(k));
   }
   return done();
 }
@@ -133,8 +133,8 @@ Status VoxelVolume::snapParts(const std::vector<Part>& parts, const SnapBox& box
   for (const Piece& piece : pieces) {
     total += piece.snapped.size();
     if (!piece.fits || total > kMaxSnapped)
-      return usage("part " + std::to_string(piece.part) + " makes more than " + std::to_string(kMaxSnapped) +
-                   " triangles of at most 8 voxels; use fewer cells or a smaller box");
+      return voxelsError("part " + std::to_string(piece.part) + " makes more than " + std::to_string(kMaxSnapped) +
+                         " triangles of at most 8 voxels; use fewer cells or a smaller box");
     stats.split += piece.counts.split;
     stats.outside += piece.counts.outside;
     stats.zeroArea += piece.counts.zeroArea;
@@ -263,8 +263,8 @@ Status VoxelVolume::move(std::span<const glm::mat4x3> toWorld) {
       ++next;
     }
     if (next != toWorld.size())
-      return usage("move() got " + std::to_string(toWorld.size()) + " transforms, expected one for each of " +
-                   std::to_string(next) + " parts that move");
+      return voxelsError("move() got " + std::to_string(toWorld.size()) + " transforms, expected one for each of " +
+                         std::to_string(next) + " parts that move");
     if (Status ok = place(true, std::move(parts), {}); !ok) return ok;
   } catch (const std::bad_alloc&) {
     return noMemory();
@@ -276,9 +276,9 @@ Status VoxelVolume::move(std::span<const glm::mat4x3> toWorld) {
 Status VoxelVolume::edit(std::span<const PartEdit> edits) {
   for (const PartEdit& e : edits) {
     if (e.part >= parts_.size())
-      return usage("edit() of part " + std::to_string(e.part) + " of " + std::to_string(parts_.size()));
+      return voxelsError("edit() of part " + std::to_string(e.part) + " of " + std::to_string(parts_.size()));
     if (parts_[e.part].part.moves)
-      return usage("edit() of part " + std::to_string(e.part) + ", which moves: move() places it");
+      return voxelsError("edit() of part " + std::to_string(e.part) + ", which moves: move() places it");
     if (Status ok = checkTransform(e.toWorld, e.part); !ok) return ok;
   }
   Stopwatch watch;
