@@ -3,6 +3,9 @@
 // and the view held against a path-traced one.
 #include "tests/view/session_fixture.h"
 
+#include <numeric>
+#include <vector>
+
 namespace relume {
 namespace {
 
@@ -65,6 +68,58 @@ TEST_F(ViewerSession, bandsAndBackendChangeWithoutADarkFrame) {
   EXPECT_LT(brightness_, 0.05 * gl);
   session_->state.relightBy.backend = BackendKind::gl;
   EXPECT_LT(frame(), 0.05 * gl);
+}
+
+TEST_F(ViewerSession, whatMovesShadowsAndReflectsLightOnTheCpu) {
+  writeBakeFile(small(2048));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  ViewState& state = session_->state;
+  state.relightBy.backend = BackendKind::cpu;
+  const auto light = [&] {
+    for (int i = 0; i < 20; ++i) frame();
+    return session_->viewer->irradiance(state, kWidth, kHeight);
+  };
+  const auto sum = [](const std::vector<glm::vec3>& pixels) {
+    return std::accumulate(pixels.begin(), pixels.end(), 0.0,
+                           [](double s, const glm::vec3& p) { return s + static_cast<double>(luminance(p)); });
+  };
+  state.direct = false;
+  state.movingParts = false;
+  const double home = sum(light());
+  ASSERT_TRUE(session_->viewer->hasMovingParts());
+
+  // The toy around the lamp lets none of its light out.
+  ASSERT_FALSE(state.objects.empty());
+  const auto lamp = std::find_if(state.lights.begin(), state.lights.end(), [](const ViewedLight& l) { return l.on; });
+  ASSERT_NE(lamp, state.lights.end());
+  state.objects[0].position = lamp->light.positionWorld;
+  EXPECT_LT(sum(light()), 0.02 * home);
+  state.objects[0].position = state.objects[0].home;
+  const std::vector<glm::vec3> without = light();
+  EXPECT_NEAR(sum(without), home, 0.02 * home);
+
+  // On the floor it changes what is near it, which is much where caches are so few, and little else.
+  state.movingParts = true;
+  const std::vector<glm::vec3> with = light();
+  double most = 0.0;
+  std::size_t changed = 0;
+  for (std::size_t i = 0; i < with.size(); ++i) {
+    const double scale = std::max(static_cast<double>(luminance(without[i])), 1e-3 * home / (kWidth * kHeight));
+    const double change = std::abs(static_cast<double>(luminance(with[i]) - luminance(without[i]))) / scale;
+    most = std::max(most, change);
+    changed += change > 0.02 ? 1 : 0;
+  }
+  EXPECT_GT(most, 0.05);
+  EXPECT_LT(changed, with.size() / 4);
+  EXPECT_NEAR(sum(with), sum(without), 0.1 * sum(without));
+
+  // Where it moves its shadow moves.
+  state.objects[0].position.x -= 0.5f;
+  const std::vector<glm::vec3> moved = light();
+  EXPECT_NE(moved, with);
+  state.objects[0].position.x += 0.5f;
+  EXPECT_NEAR(sum(light()), sum(with), 1e-3 * sum(with));
 }
 
 TEST_F(ViewerSession, emittersAreDriven) {

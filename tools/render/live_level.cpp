@@ -30,26 +30,6 @@ bool isSame(const Sky& a, const Sky& b) {
   return a.radiance == b.radiance && a.below == b.below && a.map == b.map && a.rotationDeg == b.rotationDeg;
 }
 
-// What rays need of a scene: its geometry, and the images whose alpha lets them through.
-std::unique_ptr<Scene> shadowScene(const Scene& scene) {
-  auto copy = std::make_unique<Scene>();
-  copy->meshes = scene.meshes;
-  copy->instances = scene.instances;
-  copy->materials = scene.materials;
-  copy->solid = scene.solid;
-  copy->images.resize(scene.images.size());
-  for (const Material& material : scene.materials) {
-    const std::uint32_t image = material.albedoTexture.image;
-    if (material.alphaMode == AlphaMode::mask && image < scene.images.size()) copy->images[image] = scene.images[image];
-  }
-  return copy;
-}
-
-void put(Instance& instance, const glm::mat4& toWorld) {
-  instance.toWorld = toWorld;
-  instance.flipped = glm::determinant(glm::mat3(toWorld)) < 0.0f;
-}
-
 }  // namespace
 
 bool areSame(const std::vector<Light>& a, const std::vector<Light>& b) {
@@ -133,7 +113,7 @@ Status LiveLevel::place(const std::vector<glm::mat4>& toWorld) {
   for (std::uint32_t i = 0; i < before.size(); ++i) {
     const glm::mat4& to = toWorld.empty() ? scene_->instances[i].toWorld : toWorld[i];
     if (to == before[i].toWorld) continue;
-    put(moved_->instances[i], to);
+    relume::place(moved_->instances[i], to);
     lifts = lifts || isMoved_[i] == 0;
     isMoved_[i] = 1;
   }
@@ -151,13 +131,7 @@ Status LiveLevel::lightDirectly(const std::vector<Light>& lights) {
   LightSetup setup;
   setup.lights = lights;
   setup.visibility = rayVisibility(*tracer_, lights, *context_);
-  if (movedTracer_) {
-    setup.visibility = [others = setup.visibility, moved = rayVisibility(*movedTracer_, lights, *context_)](
-                           std::uint32_t light, const glm::vec3& position, const glm::vec3& normal) {
-      const float seen = others(light, position, normal);
-      return seen > 0.0f ? moved(light, position, normal) : 0.0f;
-    };
-  }
+  if (movedTracer_) setup.visibility = throughBoth(setup.visibility, rayVisibility(*movedTracer_, lights, *context_));
   return volume_.lightDirectly(setup);
 }
 

@@ -3,6 +3,11 @@
 #include "tools/render/ray_shadows.h"
 
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
 
 namespace relume {
 
@@ -26,11 +31,69 @@ Visibility rayVisibility(const RayTracer& tracer, std::span<const Light> lights,
   };
 }
 
+Visibility throughBoth(Visibility first, Visibility second) {
+  return [first = std::move(first), second = std::move(second)](std::uint32_t light, const glm::vec3& position,
+                                                                const glm::vec3& normal) {
+    const float seen = first(light, position, normal);
+    return seen > 0.0f ? seen * second(light, position, normal) : 0.0f;
+  };
+}
+
+std::unique_ptr<Scene> shadowScene(const Scene& scene) {
+  auto copy = std::make_unique<Scene>();
+  copy->meshes = scene.meshes;
+  copy->instances = scene.instances;
+  copy->materials = scene.materials;
+  copy->solid = scene.solid;
+  copy->images.resize(scene.images.size());
+  for (const Material& material : scene.materials) {
+    const std::uint32_t image = material.albedoTexture.image;
+    if (material.alphaMode == AlphaMode::mask && image < scene.images.size()) copy->images[image] = scene.images[image];
+  }
+  return copy;
+}
+
+void place(Instance& instance, const glm::mat4& toWorld) {
+  instance.toWorld = toWorld;
+  instance.flipped = glm::determinant(glm::mat3(toWorld)) < 0.0f;
+}
+
 Result<RayShadows> RayShadows::create(const Scene& scene) {
   auto context = std::make_unique<Context>();
-  auto tracer = RayTracer::create(scene, "", *context, RayStructure::thorough, RayGeometry::drawn);
-  if (!tracer) return tracer.error();
-  return RayShadows(std::make_unique<RayTracer>(std::move(*tracer)), std::move(context));
+  auto standing = RayTracer::create(scene, "", *context, RayStructure::thorough, RayGeometry::fixed);
+  if (!standing) return standing.error();
+  RayShadows shadows(std::move(*standing), std::move(context));
+  if (std::none_of(scene.instances.begin(), scene.instances.end(),
+                   [](const Instance& each) { return each.mode == BakeMode::dynamic; }))
+    return shadows;
+  shadows.scene_ = shadowScene(scene);
+  std::vector<glm::mat4> home;
+  for (Instance& instance : shadows.scene_->instances) {
+    home.push_back(instance.toWorld);
+    if (instance.mode != BakeMode::dynamic) instance.mode = BakeMode::ignore;
+  }
+  if (Status ok = shadows.place(home); !ok) return ok.error();
+  return shadows;
+}
+
+Status RayShadows::place(std::span<const glm::mat4> toWorld) {
+  if (!scene_) return done();
+  const std::vector<Instance> before = scene_->instances;
+  for (std::size_t i = 0; i < scene_->instances.size(); ++i) {
+    if (scene_->instances[i].mode == BakeMode::dynamic) relume::place(scene_->instances[i], toWorld[i]);
+  }
+  auto moving = RayTracer::create(*scene_, "", *context_, RayStructure::quick, RayGeometry::drawn);
+  if (!moving) {
+    scene_->instances = before;
+    return moving.error();
+  }
+  moving_ = std::make_unique<RayTracer>(std::move(*moving));
+  return done();
+}
+
+Visibility RayShadows::visibility(std::span<const Light> lights) const {
+  Visibility standing = rayVisibility(*standing_, lights, *context_);
+  return moving_ ? throughBoth(std::move(standing), rayVisibility(*moving_, lights, *context_)) : standing;
 }
 
 }  // namespace relume

@@ -6,6 +6,8 @@
 #include "relume/bake/context.h"
 #include "relume/lights.h"
 
+#include <glm/mat4x4.hpp>
+
 #include <memory>
 #include <span>
 
@@ -15,17 +17,31 @@ namespace relume {
 // it is given must outlive it.
 Visibility rayVisibility(const RayTracer& tracer, std::span<const Light> lights, const Context& context);
 
-// A tracer of a level for tools that trace nothing else. Dynamic instances stand where the level has them.
+// Light that two visibilities let through, one after the other.
+Visibility throughBoth(Visibility first, Visibility second);
+
+// A copy of a level for rays alone: its geometry, and the images whose alpha lets them through.
+std::unique_ptr<Scene> shadowScene(const Scene& scene);
+// Put an instance elsewhere.
+void place(Instance& instance, const glm::mat4& toWorld);
+
+// A tracer of a level for tools that trace nothing else.
 class RayShadows {
  public:
-  // Errors of RayTracer. The scene must outlive it.
+  // Dynamic instances stand where the level has them. Errors of RayTracer. The scene must outlive it.
   static Result<RayShadows> create(const Scene& scene);
-  Visibility visibility(std::span<const Light> lights) const { return rayVisibility(*tracer_, lights, *context_); }
+  // Dynamic instances stand there from now on, and all others where they stood. Costs as many triangles as they have.
+  // Errors of RayTracer: nothing has moved. [Size toWorld: the scene's instances]
+  Status place(std::span<const glm::mat4> toWorld);
+  // Until the next place().
+  Visibility visibility(std::span<const Light> lights) const;
 
  private:
-  RayShadows(std::unique_ptr<RayTracer> tracer, std::unique_ptr<Context> context)
-      : tracer_(std::move(tracer)), context_(std::move(context)) {}
-  std::unique_ptr<RayTracer> tracer_;
+  RayShadows(RayTracer standing, std::unique_ptr<Context> context)
+      : standing_(std::make_unique<RayTracer>(std::move(standing))), context_(std::move(context)) {}
+  std::unique_ptr<RayTracer> standing_;  // what is baked
+  std::unique_ptr<Scene> scene_;         // of dynamic instances alone; null: the level has none
+  std::unique_ptr<RayTracer> moving_;    // those
   std::unique_ptr<Context> context_;
 };
 

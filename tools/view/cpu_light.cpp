@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include "formats/pack.h"
+#include "tools/render/moving_parts.h"
 #include "tools/view/cpu_light.h"
 
 #include <algorithm>
@@ -32,6 +33,17 @@ std::vector<std::uint16_t> mapTexels(const Lightmap& map, std::span<const float>
 
 }  // namespace
 
+CpuLight::CpuLight(const Scene& scene, const Bake& bake, RayShadows shadows, std::unique_ptr<WorkerThreads> threads,
+                   Relighter relighter)
+    : scene_(&scene),
+      bake_(&bake),
+      nodes_(movingNodes(scene)),
+      shadows_(std::move(shadows)),
+      threads_(std::move(threads)),
+      relighter_(std::move(relighter)) {
+  for (const Instance& instance : scene.instances) toWorld_.push_back(instance.toWorld);
+}
+
 Result<CpuLight> CpuLight::create(const Scene& scene, const Bake& bake, const Relighter& like,
                                   const Relighter* previous, RelightOptions options) {
   auto shadows = RayShadows::create(scene);
@@ -43,17 +55,44 @@ Result<CpuLight> CpuLight::create(const Scene& scene, const Bake& bake, const Re
   options.parallelFor = [pool = threads.get()](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
     pool->run(tasks, body);
   };
+  const std::size_t parts = movingParts(scene).size();
+  std::optional<MovingShapes> shapes;
+  if (parts > 0 && parts <= kMaxMovingParts) {
+    auto made = movingShapes(scene);
+    if (!made) return made.error();
+    shapes.emplace(std::move(*made));
+    options.movingParts = static_cast<std::uint32_t>(parts);
+  }
   auto relighter = Relighter::create(bake, options);
   if (!relighter) return relighter.error();
   if (previous) {
     const Status inherited = relighter->inherit(*previous, bake);
     if (!inherited && inherited.error().code != ErrorCode::unsupported) return inherited.error();
   }
-  return CpuLight(bake, std::move(*shadows), std::move(threads), std::move(*relighter));
+  CpuLight light(scene, bake, std::move(*shadows), std::move(threads), std::move(*relighter));
+  light.shapes_ = std::move(shapes);
+  return light;
 }
 
-Status CpuLight::relight(LightSetup setup) {
+Status CpuLight::relight(LightSetup setup, std::span<const glm::mat4> moved, bool withParts) {
+  std::vector<glm::mat4> toWorld = toWorld_;
+  std::vector<MovingPart> parts;
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    for (std::uint32_t i = 0; i < nodes_[k].instanceCount; ++i) {
+      const std::uint32_t instance = nodes_[k].firstInstance + i;
+      toWorld[instance] = moved[k] * scene_->instances[instance].toWorld;
+      parts.push_back({static_cast<std::uint32_t>(parts.size()), glm::mat4x3(toWorld[instance])});
+    }
+  }
+  if (toWorld != toWorld_) {
+    if (Status ok = shadows_.place(toWorld); !ok) return ok;
+    toWorld_ = std::move(toWorld);
+  }
   setup.visibility = shadows_.visibility(setup.lights);
+  if (shapes_ && withParts) {
+    setup.movingShapes = &*shapes_;
+    setup.movingParts = parts;
+  }
   return relighter_.relight(setup);
 }
 

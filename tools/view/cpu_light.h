@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: MIT
 // Light over links by the CPU backend, drawn by OpenGL: relights on the processor's cores, with shadows by rays, and
 // puts what the caches hold where the GL backend keeps its own (GlResolveInputs). Dynamic objects cast shadows from
-// where the level has them.
+// where they are, and shadow and reflect light over links (relume/moving_shapes.h).
 #pragma once
 
 #include "relume/bake/scene.h"
 #include "relume/bake_data.h"
+#include "relume/moving_shapes.h"
 #include "relume/relighter.h"
 #include "runtime/shared/bands.h"
 #include "tools/base/worker_threads.h"
+#include "tools/gl_scene/gl_level.h"
 #include "tools/render/ray_shadows.h"
+
+#include <glm/mat4x4.hpp>
 
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 namespace relume {
@@ -24,18 +30,26 @@ class CpuLight {
   static Result<CpuLight> create(const Scene& scene, const Bake& bake, const Relighter& like, const Relighter* previous,
                                  RelightOptions options);
 
-  // Relighter::relight(), the setup's visibility being its own.
-  Status relight(LightSetup setup);
+  // Relighter::relight(), visibility and moving parts of the setup being its own. moved[k] comes after the own
+  // transforms of movingNodes()[k]. withParts: what moves takes part in light over links, where hasParts(). Errors of
+  // RayTracer as well. [Size moved: movingNodes()]
+  Status relight(LightSetup setup, std::span<const glm::mat4> moved, bool withParts);
+  // Whether something moves, and no more than kMaxMovingParts.
+  bool hasParts() const { return shapes_.has_value(); }
   // Put its light into what `inputs` names, of the relighter that it was made like.
   void upload(const GlResolveInputs& inputs) const;
   Relighter& relighter() { return relighter_; }
   const Relighter& relighter() const { return relighter_; }
 
  private:
-  CpuLight(const Bake& bake, RayShadows shadows, std::unique_ptr<WorkerThreads> threads, Relighter relighter)
-      : bake_(&bake), shadows_(std::move(shadows)), threads_(std::move(threads)), relighter_(std::move(relighter)) {}
+  CpuLight(const Scene& scene, const Bake& bake, RayShadows shadows, std::unique_ptr<WorkerThreads> threads,
+           Relighter relighter);
 
+  const Scene* scene_;
   const Bake* bake_;
+  std::vector<MovingNode> nodes_;
+  std::optional<MovingShapes> shapes_;  // of the dynamic instances, in their order
+  std::vector<glm::mat4> toWorld_;      // of all instances, as they were last placed
   RayShadows shadows_;
   std::unique_ptr<WorkerThreads> threads_;
   Relighter relighter_;

@@ -91,6 +91,7 @@ void relightControls(Session& session) {
   int backend = state.relightBy.backend == BackendKind::cpu ? 1 : 0;
   if (ImGui::Combo("by", &backend, "OpenGL\0CPU\0"))
     state.relightBy.backend = backend == 1 ? BackendKind::cpu : BackendKind::gl;
+  if (viewer.hasMovingParts()) ImGui::Checkbox("objects shadow light over links", &state.movingParts);
   linkKindControl(session);
   glossControls(session.level->hasGloss, state);
   ImGui::Checkbox("relight", &state.relight);

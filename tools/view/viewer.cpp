@@ -202,7 +202,7 @@ Status Viewer::build(const RelightChoice& choice, const Relighter* previous) {
 }
 
 // The light over links that the state asks for.
-Status Viewer::relight(const ViewState& state, const std::vector<Light>& lights) {
+Status Viewer::relight(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved) {
   shadows_.setUniforms(gl_->gl()->surfelProgram());
   shadows_.bind();
   LightSetup setup;
@@ -228,7 +228,7 @@ Status Viewer::relight(const ViewState& state, const std::vector<Light>& lights)
   // So many bounces and no more: so many frames from nothing.
   if (state.bounces > 0) relighter().reset();
   for (int frame = 0; frame < std::max(state.bounces, 1); ++frame) {
-    if (Status ok = cpu_ ? cpu_->relight(setup) : gl_->relight(setup); !ok) return ok;
+    if (Status ok = cpu_ ? cpu_->relight(setup, moved, state.movingParts) : gl_->relight(setup); !ok) return ok;
   }
   if (cpu_) cpu_->upload(gl_->gl()->inputs());
   return done();
@@ -262,7 +262,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
     constexpr double kSlowMs = 100.0;  // of shadow maps
     lit = live_->update(state, lights, shadows_, shadowed - begin > kSlowMs);
   } else if (state.relight) {
-    lit = relight(state, lights);
+    lit = relight(state, lights, moved);
   }
   setEmissions(state);
 

@@ -71,6 +71,8 @@ class Viewer {
   // What lights with a bake: of the backend that was chosen. [live() is null]
   Relighter& relighter() { return cpu_ ? cpu_->relighter() : *gl_; }
   const Relighter& relighter() const { return cpu_ ? cpu_->relighter() : *gl_; }
+  // Whether what moves can shadow and reflect its light over links.
+  bool hasMovingParts() const { return cpu_ && cpu_->hasParts(); }
   // The bands it lights with, as "Y4Co2Cg2".
   std::string bands() const { return live_ ? "Y3Co3Cg3" : bandsName({gl_->lumaBands(), gl_->chromaBands()}); }
 
@@ -78,7 +80,7 @@ class Viewer {
   Viewer(const LoadedLevel& level, GlLevel drawn, ShadowMaps shadows)
       : loaded_(&level), bake_(&level.bake), level_(std::move(drawn)), shadows_(std::move(shadows)) {}
   Status build(const RelightChoice& choice, const Relighter* previous);
-  Status relight(const ViewState& state, const std::vector<Light>& lights);
+  Status relight(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved);
   void setEmissions(const ViewState& state);
   void drawDepths(const std::vector<glm::mat4>& moved, const glm::mat4& clip) const;
   void drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
