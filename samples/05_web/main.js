@@ -118,7 +118,7 @@ renderer.setAnimationLoop((now) => {
   const toward = new THREE.Vector3(Math.sin(azimuth) * Math.cos(height), Math.sin(height), -Math.cos(azimuth) * Math.cos(height));
   sun.position.copy(level.sphere.center).addScaledVector(toward, level.sphere.radius);
   sun.intensity = number('sun');
-  lamp.intensity = number('lamp');
+  lamp.intensity = number('lamp') * Math.max(1, (level.sphere.radius / 6) ** 2);  // it fills large levels as well
   bulb.visible = lamp.intensity > 0;
   scene.background = kSky.clone().multiplyScalar(share);
   controls.update();

@@ -110,8 +110,8 @@ struct ViewState {
   double liveStep = 0.0;  // [s] > 0: without a bake each frame waits for light of its own, so long after the one before
   std::vector<ViewedObject> objects;
   bool movingParts = true;  // with a bake, on the CPU: objects shadow and reflect light over links
-  bool panel = true;    // whether the panel is shown
-  bool handles = true;  // and the lights' icons and gizmos
+  bool panel = true;        // whether the panel is shown
+  bool handles = true;      // and the lights' icons and gizmos
 };
 
 // The state a scene starts with, as the command line has it. A level without a camera is framed, as `relume render`
