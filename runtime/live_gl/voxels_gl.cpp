@@ -21,7 +21,7 @@
 namespace relume {
 namespace {
 
-Error refused(const std::string& what) { return {ErrorCode::usage, "voxels: " + what}; }
+Error voxelsGlError(const std::string& what) { return {ErrorCode::usage, "voxels: " + what}; }
 Error tooMuch(const std::string& what) { return {ErrorCode::unsupported, "voxels: " + what}; }
 
 Error tooThin() {
@@ -229,8 +229,8 @@ Status VoxelsGl::move(std::span<const glm::mat4x3> toWorld) {
   State& s = *state_;
   const auto count = static_cast<std::size_t>(std::count(s.moves.begin(), s.moves.end(), true));
   if (count != toWorld.size())
-    return refused("move() got " + std::to_string(toWorld.size()) + " transforms, expected one for each of " +
-                   std::to_string(count) + " parts that move");
+    return voxelsGlError("move() got " + std::to_string(toWorld.size()) + " transforms, expected one for each of " +
+                         std::to_string(count) + " parts that move");
   std::size_t next = 0;
   for (std::size_t p = 0; p < s.moves.size(); ++p) {
     if (!s.moves[p]) continue;
@@ -249,8 +249,9 @@ Status VoxelsGl::edit(std::span<const PartEdit> edits) {
   State& s = *state_;
   for (const PartEdit& e : edits) {
     if (e.part >= s.moves.size())
-      return refused("edit() of part " + std::to_string(e.part) + " of " + std::to_string(s.moves.size()));
-    if (s.moves[e.part]) return refused("edit() of part " + std::to_string(e.part) + ", which moves: move() places it");
+      return voxelsGlError("edit() of part " + std::to_string(e.part) + " of " + std::to_string(s.moves.size()));
+    if (s.moves[e.part])
+      return voxelsGlError("edit() of part " + std::to_string(e.part) + ", which moves: move() places it");
     if (Status ok = checkTransform(e.toWorld, e.part); !ok) return ok;
   }
   for (const PartEdit& e : edits) s.places[e.part] = pack(e.present ? StepPlace::of(s.grid, e.toWorld) : StepPlace{});
@@ -274,6 +275,69 @@ std::vector<std::uint64_t> VoxelsGl::standingBits() const {
 std::vector<std::uint64_t> VoxelsGl::movingBits() const {
   const gl::SavedState saved(state_->gl_);
   return state_->moving.bricks.read();
+}
+
+Result<std::string> VoxelsGl::rasterGlsl() { return expandShader("live_raster.glsl", {}); }
+
+VoxelRasterView VoxelsGl::rasterView(int axis) const {
+  const VolumeGrid& grid = state_->grid;
+  const int across[3] = {(axis + 1) % 3, (axis + 2) % 3, axis};  // along x, y and z of the clip space
+  VoxelRasterView view;
+  view.clipFromWorld = glm::mat4(0.0f);
+  view.clipFromWorld[3][3] = 1.0f;
+  for (int k = 0; k < 3; ++k) {
+    const float scale = 2.0f / (static_cast<float>(grid.voxels()[across[k]]) * grid.voxel);
+    view.clipFromWorld[across[k]][k] = scale;
+    view.clipFromWorld[3][k] = -1.0f - scale * grid.originWorld[across[k]];
+  }
+  view.width = static_cast<std::uint32_t>(grid.voxels()[across[0]]);
+  view.height = static_cast<std::uint32_t>(grid.voxels()[across[1]]);
+  return view;
+}
+
+void VoxelsGl::setRasterUniforms(std::uint32_t program, int axis) const {
+  const gl::Functions& gl = state_->gl_;
+  const VolumeGrid& grid = state_->grid;
+  const glm::vec3& o = grid.originWorld;
+  const glm::uvec3 cells(grid.cells);
+  gl.ProgramUniform3f(program, gl.GetUniformLocation(program, "relumeRasterOrigin"), o.x, o.y, o.z);
+  gl.ProgramUniform1f(program, gl.GetUniformLocation(program, "relumeRasterVoxel"), grid.voxel);
+  gl.ProgramUniform1ui(program, gl.GetUniformLocation(program, "relumeRasterAxis"), static_cast<GLuint>(axis));
+  gl.ProgramUniform3ui(program, gl.GetUniformLocation(program, "relumeBrickCells"), cells.x, cells.y, cells.z);
+}
+
+Status VoxelsGl::bindRaster(std::uint32_t texture) const {
+  const gl::Functions& gl = state_->gl_;
+  std::string wrong;
+  {
+    const gl::SavedState saved(gl);
+    gl.ActiveTexture(GL_TEXTURE0 + RELUME_LIVE_UNIT_CELLS);
+    GLint now = 0;
+    if (gl.IsTexture(texture) == GL_TRUE) {
+      gl.BindTexture(GL_TEXTURE_3D, texture);
+      gl.GetIntegerv(GL_TEXTURE_BINDING_3D, &now);
+    }
+    if (texture == 0 || static_cast<GLuint>(now) != texture) {
+      gl.GetError();  // of binding a texture that is of another kind
+      wrong = "is no GL_TEXTURE_3D";
+    } else {
+      glm::ivec3 size(0);
+      GLint format = 0;
+      gl.GetTexLevelParameteriv(GL_TEXTURE_3D, 0, GL_TEXTURE_WIDTH, &size.x);
+      gl.GetTexLevelParameteriv(GL_TEXTURE_3D, 0, GL_TEXTURE_HEIGHT, &size.y);
+      gl.GetTexLevelParameteriv(GL_TEXTURE_3D, 0, GL_TEXTURE_DEPTH, &size.z);
+      gl.GetTexLevelParameteriv(GL_TEXTURE_3D, 0, GL_TEXTURE_INTERNAL_FORMAT, &format);
+      const glm::ivec3 expected = gl::brickTexels(state_->grid.cells);
+      if (format != static_cast<GLint>(gl::kBrickFormat)) {
+        wrong = "is not of GL_R32UI";
+      } else if (size != expected) {
+        wrong = "has " + sizeText(size) + " texels, expected " + sizeText(expected);
+      }
+    }
+  }
+  if (!wrong.empty()) return voxelsGlError("texture " + std::to_string(texture) + " to draw into " + wrong);
+  gl.BindImageTexture(RELUME_LIVE_IMAGE_BRICKS, texture, 0, GL_TRUE, 0, GL_READ_WRITE, gl::kBrickFormat);
+  return done();
 }
 
 std::vector<PassTime> VoxelsGl::passTimes() const {

@@ -6,6 +6,7 @@
 //   create()      what stands and what moves, where it is at first
 //   move()        a frame: what moves alone, where it is now
 //   edit()        the editor: what stands, placed elsewhere, taken away or put back
+//   rasterGlsl()  for what the host's own vertex shaders place: drawn into the bits, by three views
 //
 // A table is a 3-D texture of R32UI, two words a cell: bit x + 4 y + 16 z of a cell's 64 is the voxel (x, y, z) of the
 // cell, and the low word is the even texel along x. No call but create() makes an OpenGL object, and bindings that a
@@ -19,6 +20,8 @@
 #include "runtime/passes/programs.h"
 #include "runtime/voxels/voxel_grid.h"
 
+#include <glm/mat4x4.hpp>
+
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -28,6 +31,12 @@
 #include <vector>
 
 namespace relume {
+
+// A view that rasterGlsl() is drawn with.
+struct VoxelRasterView {
+  glm::mat4 clipFromWorld{1.0f};
+  std::uint32_t width = 0, height = 0;  // [pixel] of the viewport, which begins at 0
+};
 
 struct VoxelsGlOptions {
   GetProcAddress getProcAddress;              // of the context that is current
@@ -44,7 +53,7 @@ class VoxelsGl {
   VoxelsGl& operator=(VoxelsGl&&) noexcept;
   ~VoxelsGl();
 
-  // [Size moving parts, in their order] usage, here and below:
+  // [Size moving parts, in their order] What was drawn into the table of moving voxels is gone. usage, here and below:
   // as VoxelVolume's, after which nothing has changed. edit() waits for the GPU; unsupported: not isComplete().
   [[nodiscard]] Status move(std::span<const glm::mat4x3> toWorld);
   [[nodiscard]] Status edit(std::span<const PartEdit> edits);
@@ -58,6 +67,16 @@ class VoxelsGl {
   // Read back. Waits for the GPU. [Size cells]
   std::vector<std::uint64_t> standingBits() const;
   std::vector<std::uint64_t> movingBits() const;
+
+  // Text for a fragment shader of the host's: relumeVoxelWrite() (shaders/live_raster.glsl). It is drawn once for each
+  // axis, with culling, depth test and multisampling off, into any target of the view's size. setRasterUniforms() and
+  // bindRaster(), which leaves the texture bound to image unit 0, go before.
+  static Result<std::string> rasterGlsl();
+  VoxelRasterView rasterView(int axis) const;  // [0..2]
+  void setRasterUniforms(std::uint32_t program, int axis) const;
+  // moving(), whose bits are added to, or a texture of the host's that is like it. usage: it is no 3-D texture of R32UI
+  // of that size. After the draws glMemoryBarrier() goes, for what is to read them.
+  [[nodiscard]] Status bindRaster(std::uint32_t texture) const;
 
   // Of the last call of each pass that the GPU has finished.
   std::vector<PassTime> passTimes() const;

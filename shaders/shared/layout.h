@@ -137,7 +137,7 @@
 #define RELUME_LIVE_SLOT_TRIANGLES 1  // voxelise: three vertices, then the part
 #define RELUME_LIVE_SLOT_PLACES 2     // voxelise: RelumePlace[]
 #define RELUME_LIVE_SLOT_LARGE 3      // voxelise: an indirect dispatch, and the triangles that it is for
-#define RELUME_LIVE_IMAGE_BRICKS 0    // voxelise, clear: image unit of the bits
+#define RELUME_LIVE_IMAGE_BRICKS 0    // voxelise, clear, raster (live_raster.glsl): image unit of the bits
 #define RELUME_LIVE_UNIT_CELLS 12
 #define RELUME_LIVE_UNIT_PLANES 13
 #define RELUME_LIVE_UNIT_LIGHT 14
