@@ -58,6 +58,7 @@ SavedState::SavedState(const Functions& gl)
       copyWrite_(getInteger(GL_COPY_WRITE_BUFFER_BINDING)),
       pixelPack_(getInteger(GL_PIXEL_PACK_BUFFER_BINDING)),
       pixelUnpack_(getInteger(GL_PIXEL_UNPACK_BUFFER_BINDING)),
+      indirect_(getInteger(GL_DISPATCH_INDIRECT_BUFFER_BINDING)),
       activeUnit_(getInteger(GL_ACTIVE_TEXTURE)) {
   for (GLuint i = 0; i < kStorageSlots; ++i) {
     storageSlot_[i] =
@@ -104,6 +105,7 @@ SavedState::~SavedState() {
   gl_.BindBuffer(GL_PIXEL_PACK_BUFFER, static_cast<GLuint>(pixelPack_));
   gl_.BindBuffer(GL_PIXEL_UNPACK_BUFFER, static_cast<GLuint>(pixelUnpack_));
   gl_.BindBuffer(GL_COPY_WRITE_BUFFER, static_cast<GLuint>(copyWrite_));
+  gl_.BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, static_cast<GLuint>(indirect_));
   gl_.BindBuffer(GL_COPY_READ_BUFFER, static_cast<GLuint>(copyRead_));
   gl_.BindBuffer(GL_UNIFORM_BUFFER, static_cast<GLuint>(uniform_));
   gl_.BindBuffer(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(storage_));

@@ -10,8 +10,8 @@ namespace relume::gl {
 
 // Remembers on construction and restores on destruction: the program; the generic and the indexed bindings 0 to 6 of
 // GL_SHADER_STORAGE_BUFFER; the generic and indexed binding 7 of GL_UNIFORM_BUFFER; the active texture unit; 2-D, 2-D
-// array and 3-D texture and sampler of units 12 to 15; image units 0 to 2; the copy buffers and the pixel pack and
-// unpack state.
+// array and 3-D texture and sampler of units 12 to 15; image units 0 to 2; the copy buffers, the buffer of indirect
+// dispatches and the pixel pack and unpack state.
 class SavedState {
  public:
   explicit SavedState(const Functions& gl);
@@ -38,7 +38,7 @@ class SavedState {
 
   const Functions& gl_;
   GLint program_ = 0, storage_ = 0, uniform_ = 0, copyRead_ = 0, copyWrite_ = 0, pixelPack_ = 0, pixelUnpack_ = 0,
-        activeUnit_ = 0;
+        indirect_ = 0, activeUnit_ = 0;
   std::array<Range, kStorageSlots> storageSlot_;
   Range uniformSlot_;
   std::array<Unit, 4> unit_;

@@ -110,15 +110,7 @@ struct LiveCachesGl::State {
     gl_.ProgramUniform1f(program, gl_.GetUniformLocation(program, "relumeLiveVoxel"), follows ? grid.voxel : 0.0f);
     gl_.ProgramUniform3ui(program, gl_.GetUniformLocation(program, "relumeLiveSize"), size.x, size.y, size.z);
   }
-  // So many threads of a program.
-  void dispatch(const gl::Program& program, std::uint32_t threads) const {
-    set(program, "relumeLiveThreads", threads);
-    gl_.UseProgram(program.get());
-    const std::uint32_t groups = rowsOf(threads, RELUME_LIVE_GROUP);
-    if (groups > 0)
-      gl_.DispatchCompute(std::min<std::uint32_t>(groups, RELUME_LIVE_MAX_GROUPS),
-                          rowsOf(groups, RELUME_LIVE_MAX_GROUPS), 1);
-  }
+  void dispatch(const gl::Program& program, std::uint32_t threads) const { gl::runThreads(gl_, program, threads); }
   void waitForAll() const {
     gl_.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT |
                       GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT |

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Light without a bake in OpenGL 4.3: the passes of LiveCaches (runtime/live/live_caches.h), each of which a test
-// compares with its twin there. Voxels are found on the CPU (runtime/voxels/voxel_volume.h); from then on light stays
-// on the GPU:
+// compares with its twin there. Voxels and their sides are found on the CPU (runtime/voxels/voxel_volume.h; their bits
+// alone in OpenGL as well: voxels_gl.h); from then on light stays on the GPU:
 //
 //   lightDirectly()  direct light of each side, shadows by the host's GLSL; or copyDirect(): as the CPU found it
 //   update()         radiance of all sides with last frame's bounces, and all caches gathered anew

@@ -92,4 +92,34 @@ void CellTexture::bind(GLuint unit) const {
   gl_->BindTexture(GL_TEXTURE_3D, name());
 }
 
+void BrickTexture::make(const glm::ivec3& cells) {
+  const glm::ivec3 size = brickTexels(cells);
+  texture_ = makeTexture(*gl_, GL_TEXTURE_3D);
+  gl_->TexStorage3D(GL_TEXTURE_3D, 1, kBrickFormat, size.x, size.y, size.z);
+  words_ = static_cast<std::uint32_t>(size.x) * static_cast<std::uint32_t>(size.y) * static_cast<std::uint32_t>(size.z);
+}
+
+void BrickTexture::bindImage(GLuint unit) const {
+  gl_->BindImageTexture(unit, name(), 0, GL_TRUE, 0, GL_READ_WRITE, kBrickFormat);
+}
+
+std::vector<std::uint64_t> BrickTexture::read() const {
+  std::vector<std::uint32_t> words(words_);
+  gl_->ActiveTexture(GL_TEXTURE0 + RELUME_LIVE_UNIT_CELLS);
+  gl_->BindTexture(GL_TEXTURE_3D, name());
+  gl_->GetTexImage(GL_TEXTURE_3D, 0, GL_RED_INTEGER, GL_UNSIGNED_INT, words.data());
+  std::vector<std::uint64_t> bits(words.size() / 2);
+  for (std::size_t c = 0; c < bits.size(); ++c) bits[c] = words[2 * c] | std::uint64_t{words[2 * c + 1]} << 32;
+  return bits;
+}
+
+void runThreads(const Functions& gl, const Program& program, std::uint32_t threads) {
+  const GLuint groups = threads / RELUME_LIVE_GROUP + (threads % RELUME_LIVE_GROUP > 0 ? 1 : 0);
+  if (groups == 0) return;
+  gl.ProgramUniform1ui(program.get(), gl.GetUniformLocation(program.get(), "relumeLiveThreads"), threads);
+  gl.UseProgram(program.get());
+  gl.DispatchCompute(std::min<GLuint>(groups, RELUME_LIVE_MAX_GROUPS),
+                     (groups + RELUME_LIVE_MAX_GROUPS - 1) / RELUME_LIVE_MAX_GROUPS, 1);
+}
+
 }  // namespace relume::gl

@@ -4,9 +4,12 @@
 
 #include "runtime/gl/handle.h"
 
+#include <glm/vec3.hpp>
+
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace relume::gl {
 
@@ -75,6 +78,29 @@ class CellTexture {
   std::size_t cells_ = 0;
   Texture texture_;
 };
+
+// Two words of bits a cell, beside each other along x, which shaders set.
+class BrickTexture {
+ public:
+  explicit BrickTexture(const Functions& gl) : gl_(&gl) {}
+  // Once. State must be saved, here and below.
+  void make(const glm::ivec3& cells);
+  void bindImage(GLuint unit) const;
+  GLuint name() const { return texture_.get(); }
+  std::uint32_t words() const { return words_; }
+  std::vector<std::uint64_t> read() const;  // [Size cells]
+
+ private:
+  const Functions* gl_;
+  std::uint32_t words_ = 0;
+  Texture texture_;
+};
+inline constexpr GLenum kBrickFormat = GL_R32UI;
+// Of the texture over so many cells. [texel]
+inline glm::ivec3 brickTexels(const glm::ivec3& cells) { return {2 * cells.x, cells.y, cells.z}; }
+
+// So many threads of a program that has lib/live_threads.glsl.
+void runThreads(const Functions& gl, const Program& program, std::uint32_t threads);
 
 template <class T>
 std::span<const std::byte> bytesOf(const T& array) {

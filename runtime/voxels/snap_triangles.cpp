@@ -3,9 +3,10 @@
 #include "runtime/voxels/snap_triangles.h"
 
 #include "runtime/voxels/split_edges.h"
+#include "runtime/voxels/step_place.h"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -13,21 +14,7 @@
 namespace relume {
 namespace {
 
-using Corner = glm::vec<3, std::int64_t>;
-
-// Far outside of any grid, where a triangle's shape no longer matters; sums of squares stay within 64 bits.
-constexpr double kFarthest = 0x1p+30;
-
-Corner snap(const VolumeGrid& grid, const glm::mat4x3& toWorld, const glm::vec3& position) {
-  Corner corner;
-  for (int k = 0; k < 3; ++k) {
-    const double world = double{toWorld[0][k]} * double{position.x} + double{toWorld[1][k]} * double{position.y} +
-                         double{toWorld[2][k]} * double{position.z} + double{toWorld[3][k]};
-    const double steps = (world - double{grid.originWorld[k]}) / double{grid.voxel} * kVoxelSteps;
-    corner[k] = static_cast<std::int64_t>(std::floor(std::clamp(steps, -kFarthest, kFarthest) + 0.5));
-  }
-  return corner;
-}
+using Corner = glm::ivec3;
 
 bool isOutside(const SnapBox& box, const std::array<Corner, 3>& t) {
   for (int k = 0; k < 3; ++k) {
@@ -39,8 +26,9 @@ bool isOutside(const SnapBox& box, const std::array<Corner, 3>& t) {
 
 struct SplitSteps {
   bool isLong(const Corner& a, const Corner& b) const {
-    const Corner d = b - a;
-    return d.x * d.x + d.y * d.y + d.z * d.z > std::int64_t{kMaxEdge} * kMaxEdge;
+    const Corner d = glm::abs(b - a);
+    if (d.x > kMaxEdge || d.y > kMaxEdge || d.z > kMaxEdge) return true;
+    return d.x * d.x + d.y * d.y + d.z * d.z > kMaxEdge * kMaxEdge;
   }
   // The same for both directions of an edge.
   Corner middle(const Corner& a, const Corner& b) const {
@@ -48,7 +36,8 @@ struct SplitSteps {
   }
 };
 
-// Which triangles of a surface that covers a part of its area are there: a hash of the triangle's number, in 24 bits.
+}  // namespace
+
 bool isThere(float coverage, std::uint32_t triangle) {
   if (coverage >= 1.0f) return true;
   std::uint32_t hash = triangle * 2654435769u;
@@ -58,19 +47,17 @@ bool isThere(float coverage, std::uint32_t triangle) {
   return static_cast<float>(hash >> 8) < coverage * 0x1p+24f;
 }
 
-}  // namespace
-
 bool snapTriangles(const VolumeGrid& grid, const SnapBox& box, const VoxelMesh& mesh,
                    std::span<const VoxelSurface> surfaces, const glm::mat4x3& toWorld, std::uint32_t begin,
                    std::uint32_t end, std::vector<SnappedTriangle>& snapped, SnapCounts& counts) {
-  const bool mirrored = glm::determinant(glm::dmat3(glm::mat3(toWorld[0], toWorld[1], toWorld[2]))) < 0.0;
+  const StepPlace place = StepPlace::of(grid, toWorld);
   std::vector<std::array<Corner, 3>> stack;
   for (std::uint32_t t = begin; t < end; ++t) {
     if (!isThere(surfaces[mesh.surface[t]].coverage, t)) continue;
     const glm::uvec3& index = mesh.triangle[t];
-    stack.push_back({snap(grid, toWorld, mesh.position[index.x]),
-                     snap(grid, toWorld, mesh.position[mirrored ? index.z : index.y]),
-                     snap(grid, toWorld, mesh.position[mirrored ? index.y : index.z])});
+    stack.push_back({place.stepsOf(mesh.position[index.x]),
+                     place.stepsOf(mesh.position[place.mirrored ? index.z : index.y]),
+                     place.stepsOf(mesh.position[place.mirrored ? index.y : index.z])});
     if (isOutside(box, stack.back())) ++counts.outside;
     bool isFirst = true;
     while (!stack.empty()) {

@@ -37,6 +37,9 @@ struct SnapBox {
   static SnapBox of(const VolumeGrid& grid) { return {glm::ivec3(0), kVoxelSteps * grid.voxels()}; }
 };
 
+// Whether a triangle of a surface with this coverage is there, by a hash of its number. [0..1]
+bool isThere(float coverage, std::uint32_t triangle);
+
 // Appends the triangles [begin, end) of a mesh that has passed checkGeometry(). Two triangles that share an edge split
 // it at the same points: no cracks open. Triangles of a surface with coverage below 1 are kept by chance, the same ones
 // each time. Returns false where there would be more than kMaxSnapped.

@@ -125,14 +125,19 @@
 #define RELUME_FILL_GROUP 64
 
 // Light without a bake (runtime/live_gl): storage buffers, texture units, rows of textures.
-#define RELUME_LIVE_SLOT_SIDES 0     // three vec4 a side: position [voxels], normal, emission; albedo in their w
-#define RELUME_LIVE_SLOT_STENCILS 1  // five words a side (live_stencils.comp)
-#define RELUME_LIVE_SLOT_VOXELS 2    // two words a voxel: 127 times its axis, 128 added; its place, 10 bits each
-#define RELUME_LIVE_SLOT_DIRECT 3    // vec4 a side: irradiance [W/m²]
-#define RELUME_LIVE_SLOT_SAMPLES 4   // four pairs of words a side: runtime/voxels/voxel_layer.h, SideSample
-#define RELUME_LIVE_SLOT_LIGHTS 5    // RelumeLight[]
-#define RELUME_LIVE_SLOT_CACHES 0    // gather: the voxel of each cache, 10 bits each
-#define RELUME_LIVE_SLOT_CARRY 0     // carry: the slot that each cache had before, ~0 = none
+#define RELUME_LIVE_SLOT_SIDES 0      // three vec4 a side: position [voxels], normal, emission; albedo in their w
+#define RELUME_LIVE_SLOT_STENCILS 1   // five words a side (live_stencils.comp)
+#define RELUME_LIVE_SLOT_VOXELS 2     // two words a voxel: 127 times its axis, 128 added; its place, 10 bits each
+#define RELUME_LIVE_SLOT_DIRECT 3     // vec4 a side: irradiance [W/m²]
+#define RELUME_LIVE_SLOT_SAMPLES 4    // four pairs of words a side: runtime/voxels/voxel_layer.h, SideSample
+#define RELUME_LIVE_SLOT_LIGHTS 5     // RelumeLight[]
+#define RELUME_LIVE_SLOT_CACHES 0     // gather: the voxel of each cache, 10 bits each
+#define RELUME_LIVE_SLOT_CARRY 0      // carry: the slot that each cache had before, ~0 = none
+#define RELUME_LIVE_SLOT_POSITIONS 0  // voxelise: floats, three a vertex
+#define RELUME_LIVE_SLOT_TRIANGLES 1  // voxelise: three vertices, then the part
+#define RELUME_LIVE_SLOT_PLACES 2     // voxelise: RelumePlace[]
+#define RELUME_LIVE_SLOT_LARGE 3      // voxelise: an indirect dispatch, and the triangles that it is for
+#define RELUME_LIVE_IMAGE_BRICKS 0    // voxelise, clear, raster (live_raster.glsl): image unit of the bits
 #define RELUME_LIVE_UNIT_CELLS 12
 #define RELUME_LIVE_UNIT_PLANES 13
 #define RELUME_LIVE_UNIT_LIGHT 14
@@ -144,6 +149,7 @@
 #define RELUME_LIVE_SIDES_A_ROW 2048
 #define RELUME_LIVE_GROUP 64
 #define RELUME_LIVE_MAX_GROUPS 65535
+#define RELUME_LIVE_BLOCK 32    // [voxels] side of the blocks in which large triangles are voxelised
 #define RELUME_LIVE_LIFT 0.05f  // [voxel] of places off their surface, which is rounded
 
 #ifdef __cplusplus
@@ -156,6 +162,8 @@
 
 namespace relume::gl {
 using uint = std::uint32_t;
+using glm::ivec3;
+using glm::ivec4;
 using glm::uvec2;
 using glm::uvec3;
 using glm::uvec4;
@@ -182,6 +190,15 @@ struct RelumeLight {
   vec4 position;   // [m] w: [1/m²] 1 / range², 0 = no range, -1 = directional
   vec4 direction;  // unit, the way the light travels; w: factor on the cosine around it, so that a spot's edge
   vec4 intensity;  // point, spot [W/sr]; directional [W/m²]; w: plus this rises from 0 to 1 (point: 0 and 1)
+};
+
+// std430. Where a part stands in a grid: StepPlace of runtime/voxels/step_place.h.
+struct RelumePlace {
+  ivec4 x, y, z;  // an axis each: factors of the three coordinates, then the low word of the offset
+  ivec3 high;     // the high words
+  int exponent;   // of the factors
+  int mirrored;   // 1 = it is
+  int unused, unused2, unused3;
 };
 
 // By what a run of emitter entries is driven.
@@ -308,6 +325,7 @@ static_assert(sizeof(RelumeSurfels) == 32);
 static_assert(sizeof(RelumeEmitter) == 32 && offsetof(RelumeEmitter, tap) == 16);
 static_assert(sizeof(RelumeLight) == 48 && offsetof(RelumeLight, direction) == 16 &&
               offsetof(RelumeLight, intensity) == 32);
+static_assert(sizeof(RelumePlace) == 80 && offsetof(RelumePlace, high) == 48);
 static_assert(sizeof(RelumeResolve) == 96 && offsetof(RelumeResolve, gridTextureResolution) == 80 &&
               offsetof(RelumeResolve, gridDepthWords) == 48 && offsetof(RelumeResolve, gridSpacing) == 16 &&
               offsetof(RelumeResolve, gridResolution) == 32);

@@ -194,6 +194,13 @@ TEST(Shaders, passTheReferenceCompiler) {
     }
   }
   add("light_surfels.comp", "comp", {});
+  add("live_clear.comp", "comp", {});
+  add("live_voxelise.comp", "comp", {});
+  for (const char* lanes : {"8", "64"}) {
+    const std::array<std::pair<std::string, std::string>, 1> defines{{{"RELUME_LANES", lanes}}};
+    add("live_voxelise_large.comp", "comp", defines);
+  }
+  add("live_raster.glsl", "frag", {}, "in vec3 p; void main() { relumeVoxelWrite(p); }\n");
   for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 3}, {4, 2}, {8, 8}}) {
     for (const bool irradianceOnMap : {false, true}) {
       const auto bands = bandDefines({luma, chroma, irradianceOnMap});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Which voxels are set, what their sides are, and what rays meet.
 #include "runtime/voxels/overlap.h"
+#include "runtime/voxels/step_place.h"
 #include "runtime/voxels/voxel_volume.h"
 #include "tests/voxels/boxes.h"
 
@@ -92,6 +93,36 @@ TEST(Voxelise, setsWhatTheDefinitionSets) {
     }
   }
   EXPECT_GT(checked, 200);
+}
+
+// Integers stand for the sums of floating-point numbers: transforms of any scale, far away, mirrored, without extent.
+TEST(Voxelise, verticesAreOnTheNearestStep) {
+  std::mt19937 random(6);
+  std::size_t checked = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const float scale = i % 3 == 0 ? std::ldexp(1.0f, static_cast<int>(random() % 60) - 33) : 1.0f;
+    const float far = i % 4 == 0 ? 1e5f : 20.0f;
+    glm::mat4x3 toWorld(scale * unit(random), scale * unit(random), scale * unit(random), far * unit(random));
+    if (i % 11 == 0) toWorld[1] = glm::vec3(0.0f);
+    VolumeGrid grid = gridOf(32);
+    grid.voxel = i % 2 == 0 ? 0.1f : 0.0073f;
+    grid.originWorld = i % 4 == 0 ? toWorld[3] - 3.0f : glm::vec3(-4.0f);
+    const glm::vec3 position = (i % 3 == 0 ? 1.0f / scale : 1.0f) * 7.0f * unit(random);
+    const glm::ivec3 found = StepPlace::of(grid, toWorld).stepsOf(position);
+    for (int k = 0; k < 3; ++k) {
+      double world = double{toWorld[3][k]} - double{grid.originWorld[k]}, size = 0.0;
+      for (int c = 0; c < 3; ++c) {
+        world += double{toWorld[c][k]} * double{position[c]};
+        for (int row = 0; row < 3; ++row)
+          size = std::max(size, double{std::abs(toWorld[c][row])} * double{glm::length(position)});
+      }
+      const double toSteps = 64.0 / double{grid.voxel};
+      if (std::abs(toSteps * world) > 1e6) continue;
+      ASSERT_NEAR(found[k], toSteps * world, 0.5001 + 3.0 * toSteps * size * 0x1p-30) << i << " along " << k;
+      ++checked;
+    }
+  }
+  EXPECT_GT(checked, 40000u);
 }
 
 TEST(Voxelise, piecesOfALongTriangleAreJoinedAndSmall) {
