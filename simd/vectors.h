@@ -243,6 +243,19 @@ inline Bytes loadFirstBytes(const std::uint8_t* from, int count) {
   return bytes;
 }
 
+// The same of four, widened.
+inline IntsOf<4> firstOfFourBytes(const std::uint8_t* from, int count) {
+  std::uint32_t word;
+  __builtin_memcpy(&word, from, sizeof word);
+  if (count < 4) word &= (1u << (8 * count)) - 1;
+#if defined(__SSE2__)
+  const __m128i zero = _mm_setzero_si128(), bytes = _mm_cvtsi32_si128(static_cast<int>(word));
+  return (IntsOf<4>)_mm_unpacklo_epi16(_mm_unpacklo_epi8(bytes, zero), zero);
+#else
+  return __builtin_convertvector(load<BytesOf<4>>(&word), IntsOf<4>);
+#endif
+}
+
 template <class Bytes>
 inline HalvesOf<sizeof(Bytes)> bytesToHalves(Bytes bytes) {
 #if defined(__AVX512F__)
@@ -270,7 +283,7 @@ inline v128_t gatherWords(const void* from, Index index) {
 }
 #endif
 
-// The words at these indices.
+// The words at these indices, none of which is negative.
 template <class Ints>
 inline Ints gather(const std::uint32_t* from, Ints index) {
 #if defined(__AVX512F__)
@@ -282,7 +295,7 @@ inline Ints gather(const std::uint32_t* from, Ints index) {
   if constexpr (sizeof(Ints) == 16) return (Ints)gatherWords(from, index);
 #endif
   Ints v;
-  for (int i = 0; i < kLanesOf<Ints>; ++i) v[i] = static_cast<std::int32_t>(from[index[i]]);
+  for (int i = 0; i < kLanesOf<Ints>; ++i) v[i] = static_cast<std::int32_t>(from[static_cast<std::uint32_t>(index[i])]);
   return v;
 }
 
@@ -310,7 +323,7 @@ inline FloatsOf<kLanesOf<Ints>> gather(const float* from, Ints index) {
   if constexpr (sizeof(Ints) == 16) return (Float4)gatherWords(from, index);
 #endif
   FloatsOf<kLanesOf<Ints>> v;
-  for (int i = 0; i < kLanesOf<Ints>; ++i) v[i] = from[index[i]];
+  for (int i = 0; i < kLanesOf<Ints>; ++i) v[i] = from[static_cast<std::uint32_t>(index[i])];
   return v;
 }
 

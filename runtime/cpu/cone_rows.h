@@ -13,11 +13,12 @@ namespace {
 
 // Floats of the buffer w: a share of the first-level cache.
 constexpr int kBufferFloats = 6144;
-// Coefficients summed at a time: three sums each must stay in registers.
-constexpr int kBlock = kLanes == 16 ? 8 : 4;
+// Coefficients summed at a time: their sums, one of each colour, must stay in registers.
+template <int kColors>
+constexpr int kMaxBlock = (kLanes == 16 ? 24 : 12) / kColors;
 
 // Orders m = kM .. kBands-1 of one group of links: w[i * stride] = g_l q_l^m(z) (x + i y)^m. The monic q obey
-// q_{l+1} = z q_l - (l² - m²) / (4 l² - 1) q_{l-1}.
+// q_{l+1} = z q_l - (l² - m²) / (4 l² - 1) q_{l-1}. The first, 1, is not written.
 template <int kBands, int kM>
 inline void writeOrders(const Floats* g, Floats x, Floats y, Floats z, Floats re, Floats im, float* w, int stride) {
   Floats previous{}, q = splat(1.0f);
@@ -25,7 +26,7 @@ inline void writeOrders(const Floats* g, Floats x, Floats y, Floats z, Floats re
   for (int l = kM; l < kBands; ++l) {
     const Floats gq = l == kM ? g[l] : g[l] * q;
     if constexpr (kM == 0) {
-      store(w + (l * l + l) * stride, gq);
+      if (l > 0) store(w + (l * l + l) * stride, gq);
     } else {
       store(w + (l * l + l + kM) * stride, gq * re);
       store(w + (l * l + l - kM) * stride, gq * im);
@@ -41,8 +42,8 @@ inline void writeOrders(const Floats* g, Floats x, Floats y, Floats z, Floats re
   }
 }
 
-// Phase B for kCount coefficients from `first` on and kColors of Y, Co, Cg.
-template <int kCount, int kColors>
+// Phase B for kCount coefficients from `first` on and kColors of Y, Co, Cg. kFromZero: first = 0, whose w is 1.
+template <int kCount, int kColors, bool kFromZero>
 inline void sumBlock(const float* w, int stride, const float* b, int bStride, int links, float* const* out, int first) {
   Floats sum[kColors][kCount];
   for (auto& color : sum) {
@@ -52,9 +53,12 @@ inline void sumBlock(const float* w, int stride, const float* b, int bStride, in
   for (int k = 0; k < links; k += kLanes) {
     Floats color[kColors];
 #pragma GCC unroll 3
-    for (int c = 0; c < kColors; ++c) color[c] = load<Floats>(b + c * bStride + k);
-#pragma GCC unroll 8
-    for (int i = 0; i < kCount; ++i) {
+    for (int c = 0; c < kColors; ++c) {
+      color[c] = load<Floats>(b + c * bStride + k);
+      if constexpr (kFromZero) sum[c][0] += color[c];
+    }
+#pragma GCC unroll 24
+    for (int i = kFromZero ? 1 : 0; i < kCount; ++i) {
       const Floats each = load<Floats>(w + i * stride + k);
 #pragma GCC unroll 3
       for (int c = 0; c < kColors; ++c) sum[c][i] += each * color[c];
@@ -62,18 +66,28 @@ inline void sumBlock(const float* w, int stride, const float* b, int bStride, in
   }
 #pragma GCC unroll 3
   for (int c = 0; c < kColors; ++c) {
-#pragma GCC unroll 8
+#pragma GCC unroll 24
     for (int i = 0; i < kCount; ++i) out[c][first + i] += sumLanes(sum[c][i]);
   }
 }
 
-// Phase B for the coefficients [first, last).
-template <int kColors, int kCount>
-inline void sumCoefficients(const float* w, int stride, const float* b, int bStride, int links, float* const* out,
-                            int first, int last) {
-  for (; first + kCount <= last; first += kCount) sumBlock<kCount, kColors>(w, stride, b, bStride, links, out, first);
+// Phase B for the coefficients [first, last), kCount at a time and then fewer. One for all kinds and bands: not
+// inlined.
+template <int kColors, int kCount = kMaxBlock<kColors>>
+__attribute__((noinline)) void sumCoefficients(const float* w, int stride, const float* b, int bStride, int links,
+                                               float* const* out, int first, int last) {
+  for (; first + kCount <= last; first += kCount) {
+    // Luma alone begins where chroma ends.
+    if (kColors > 1 && first == 0) {
+      sumBlock<kCount, kColors, kColors != 1>(w, stride, b, bStride, links, out, first);
+    } else {
+      sumBlock<kCount, kColors, false>(w, stride, b, bStride, links, out, first);
+    }
+  }
   if constexpr (kCount > 1) {
-    if (first < last) sumCoefficients<kColors, kCount / 2>(w, stride, b, bStride, links, out, first, last);
+    // Of luma alone, four bands over two of chroma have 12 coefficients, three have 5.
+    constexpr int kNext = kCount == 12 || kCount == 24 ? 8 : kCount == 8 ? 5 : kCount / 2;
+    if (first < last) sumCoefficients<kColors, kNext>(w, stride, b, bStride, links, out, first, last);
   }
 }
 
@@ -84,9 +98,11 @@ void lightConeRow(const LightCachesJob& job, std::uint32_t cache, float* coeffic
   constexpr int kCoefficients = kBands * kBands;
   constexpr int kWanted = kBufferFloats / kCoefficients / kLanes * kLanes;
   constexpr int kChunk = kWanted > 512 ? 512 : kWanted;
-  constexpr int kMax = kBlock < kCoefficients ? kBlock : kCoefficients;
-  alignas(64) float w[kCoefficients * kChunk];
-  alignas(64) float b[3 * kChunk];
+  // Rows do not begin a power of two apart, which would put them all in a few sets of the first-level cache.
+  constexpr int kStride = kChunk + 16;
+  alignas(64) float w[kCoefficients * kStride];
+  if constexpr (kBands == 1) w[0] = 1.0f;  // g++ 12 warns where nothing is written
+  alignas(64) float b[3 * kStride];
   alignas(64) std::uint32_t node[kChunk + kLanes];
   const int chroma = job.chromaBands * job.chromaBands;
   const int all = kCoefficients + 2 * chroma;
@@ -100,12 +116,12 @@ void lightConeRow(const LightCachesJob& job, std::uint32_t cache, float* coeffic
       Floats ratio[kBands], color[3], x, y, z;
       links.unpackDirection(x, y, z);
       links.template ratios<kBands>(ratio);
-      writeOrders<kBands, 0>(ratio, x, y, z, splat(1.0f), Floats{}, w + k, kChunk);
+      writeOrders<kBands, 0>(ratio, x, y, z, splat(1.0f), Floats{}, w + k, kStride);
       scaledColors(gatherAt<Ints>(job.node, node + k), links.transfer(), color);
-      for (int c = 0; c < 3; ++c) store(b + c * kChunk + k, color[c]);
+      for (int c = 0; c < 3; ++c) store(b + c * kStride + k, color[c]);
     }
-    sumCoefficients<3, kMax>(w, kChunk, b, kChunk, count, out, 0, chroma);
-    sumCoefficients<1, kMax>(w, kChunk, b, kChunk, count, out, chroma, kCoefficients);
+    sumCoefficients<3>(w, kStride, b, kStride, count, out, 0, chroma);
+    sumCoefficients<1>(w, kStride, b, kStride, count, out, chroma, kCoefficients);
   }
   for (int i = 0; i < all; ++i) coefficients[i] *= job.coneScale[i];
 }

@@ -179,12 +179,17 @@ inline void addFlatBounce(const LightSurfelsJob& job, std::uint32_t first, std::
   }
 }
 
+// Eight coefficients, in vectors no wider than the kernel's: g++ 12 keeps wider ones in memory.
+constexpr int kPartLanes = kLanes < 8 ? kLanes : 8, kParts = 8 / kPartLanes;
+using Part = FloatsOf<kPartLanes>;
 using Eight = FloatsOf<8>;
 
-// Nine coefficients each of Y, Co, Cg summed over caches under a lobe: the first and eight more.
+// Nine coefficients each of Y, Co, Cg summed over caches under a lobe: the first and eight more. Co and Cg may be left
+// out beyond their first kChromaParts vectors.
+template <int kChromaParts>
 struct LobeSum {
   float first[3] = {};
-  Eight rest[3] = {};
+  Part luma[kParts] = {}, chroma[2][kChromaParts] = {};
 
   // share: weight times the row's unit.
   __attribute__((always_inline)) void add(const LightRows& light, const std::uint16_t* row, float share) {
@@ -193,32 +198,48 @@ struct LobeSum {
 #pragma GCC unroll 3
     for (int c = 0; c < 3; ++c) {
       first[c] += share * wordAt(channel[c]);
-      rest[c] += share * loadWords<8>(channel[c] + 1);
+      addParts(channel[c] + 1, share, c == 0 ? luma : chroma[c - 1], c == 0 ? kParts : kChromaParts);
     }
   }
-  // Y, Co, Cg under the lobe. chroma: 1 where Co and Cg have a coefficient; past their own, they have read another
+  // Y, Co, Cg under the lobe. stored: 1 where Co and Cg have a coefficient; past their own, they have read another
   // channel's.
-  __attribute__((always_inline)) void finish(const LightRows& light, const float* lobe, Eight chroma, float& y,
+  __attribute__((always_inline)) void finish(const LightRows& light, const float* lobe, const Part* stored, float& y,
                                              float& co, float& cg) const {
-    const Eight others = load<Eight>(lobe + 1);
-    y = lobe[0] * first[0] + sumLanes(others * rest[0]);
+    Part others[kParts], chromas[kChromaParts];
+    for (int k = 0; k < kParts; ++k) others[k] = load<Part>(lobe + 1 + k * kPartLanes);
+    for (int k = 0; k < kChromaParts; ++k) chromas[k] = others[k] * stored[k];
+    y = lobe[0] * first[0] + sumParts<kParts>(others, luma);
     if (light.chromaCount == 1 && light.lumaCount > 1) {
       // Chroma follows luma.
       const float ratio = first[0] > 0.0f ? y / first[0] : 0.0f;
       co = ratio * first[1];
       cg = ratio * first[2];
     } else {
-      co = lobe[0] * first[1] + sumLanes(others * chroma * rest[1]);
-      cg = lobe[0] * first[2] + sumLanes(others * chroma * rest[2]);
+      co = lobe[0] * first[1] + sumParts<kChromaParts>(chromas, chroma[0]);
+      cg = lobe[0] * first[2] + sumParts<kChromaParts>(chromas, chroma[1]);
     }
+  }
+
+ private:
+  __attribute__((always_inline)) static void addParts(const std::uint16_t* words, float share, Part* sum, int parts) {
+#pragma GCC unroll 2
+    for (int k = 0; k < parts; ++k) sum[k] += share * loadWords<kPartLanes>(words + k * kPartLanes);
+  }
+  template <int kCount>
+  __attribute__((always_inline)) static float sumParts(const Part* a, const Part* b) {
+    if constexpr (kCount == 1) return sumLanes(a[0] * b[0]);
+    return sumLanes(a[0] * b[0] + a[kCount - 1] * b[kCount - 1]);
   }
 };
 
-inline Eight storedChroma(const LightRows& light) {
-  Eight stored;
-  for (std::uint32_t i = 0; i < 8; ++i) stored[i] = i + 1 < light.chromaCount ? 1.0f : 0.0f;
-  return stored;
-}
+struct StoredChroma {
+  Part part[kParts];
+
+  explicit StoredChroma(const LightRows& light) {
+    for (std::uint32_t i = 0; i < 8; ++i)
+      part[i / kPartLanes][i % kPartLanes] = i + 1 < light.chromaCount ? 1.0f : 0.0f;
+  }
+};
 
 #if RELUME_LANES == 16
 // The same with two bands of chroma: Y in one vector, Co and Cg in the halves of another.
@@ -230,7 +251,7 @@ struct TwoBandLobeSum {
     luma += share * loadWords<16>(row + 1);
     chroma += share * loadWords<8>(row + 1 + light.lumaCount);
   }
-  __attribute__((always_inline)) void finish(const LightRows&, const float* lobe, Eight, float& y, float& co,
+  __attribute__((always_inline)) void finish(const LightRows&, const float* lobe, const Part*, float& y, float& co,
                                              float& cg) const {
     y = sumLanes(luma * (Floats)_mm512_maskz_loadu_ps(0x1FF, lobe));
     const Float4 four = load<Float4>(lobe);
@@ -241,6 +262,8 @@ struct TwoBandLobeSum {
     cg = pairs[2] + pairs[3];
   }
 };
+#else
+using TwoBandLobeSum = LobeSum<1>;
 #endif
 
 #if RELUME_LANES == 16
@@ -288,7 +311,7 @@ inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const Til
                       const float* before, float* e) {
   const auto* lobes = reinterpret_cast<const std::uint32_t*>(job.lobe);
   const LightRows light = job.mapLight;
-  const Eight chroma = storedChroma(light);
+  const StoredChroma chroma(light);
   for (std::uint32_t begin = 0; begin < count; begin += kLanes) {
     const std::uint32_t here = count - begin < kLanes ? count - begin : kLanes;
     Ints surfel{}, angle{};
@@ -320,7 +343,7 @@ inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const Til
       Sum each;
 #pragma GCC unroll 4
       for (int k = 0; k < 4; ++k) each.add(light, light.word + 2 * std::size_t{pair[k][i]}, weight[k][i]);
-      each.finish(light, lobe[i], chroma, sum[0][i], sum[1][i], sum[2][i]);
+      each.finish(light, lobe[i], chroma.part, sum[0][i], sum[1][i], sum[2][i]);
     }
     toBouncedRgb(job, sum);
     for (std::uint32_t c = 0; c < 3; ++c) {
@@ -333,10 +356,8 @@ inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const Til
 
 inline void addTiltedBounce(const LightSurfelsJob& job, std::uint32_t first, const TiltedSurfel* tilted,
                             std::uint32_t count, const float* before, float* e) {
-#if RELUME_LANES == 16
   if (job.mapLight.chromaCount == 4) return addTilted<TwoBandLobeSum>(job, first, tilted, count, before, e);
-#endif
-  addTilted<LobeSum>(job, first, tilted, count, before, e);
+  addTilted<LobeSum<kParts>>(job, first, tilted, count, before, e);
 }
 
 // The same for surfels of the grid, whose caches are known.
@@ -344,7 +365,7 @@ template <class Sum>
 inline void addGridded(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded,
                        std::uint32_t count, const std::uint32_t* share, float* e) {
   const LightRows light = job.gridLight;
-  const Eight chroma = storedChroma(light);
+  const StoredChroma chroma(light);
   for (std::uint32_t begin = 0; begin < count; begin += kLanes) {
     const std::uint32_t here = count - begin < kLanes ? count - begin : kLanes;
     Ints surfel{};
@@ -361,7 +382,7 @@ inline void addGridded(const LightSurfelsJob& job, std::uint32_t first, const Gr
         const std::uint16_t* const row = rowOf(light, *share & ((1u << kShareShift) - 1));
         each.add(light, row, unitOf(row) * static_cast<float>(*share >> kShareShift));
       }
-      each.finish(light, lobe[i], chroma, sum[0][i], sum[1][i], sum[2][i]);
+      each.finish(light, lobe[i], chroma.part, sum[0][i], sum[1][i], sum[2][i]);
     }
     toBouncedRgb(job, sum);
     for (std::uint32_t c = 0; c < 3; ++c) {
@@ -372,10 +393,8 @@ inline void addGridded(const LightSurfelsJob& job, std::uint32_t first, const Gr
 
 inline void addGriddedBounce(const LightSurfelsJob& job, std::uint32_t first, const GriddedSurfel* gridded,
                              std::uint32_t count, const std::uint32_t* share, float* e) {
-#if RELUME_LANES == 16
   if (job.gridLight.chromaCount == 4) return addGridded<TwoBandLobeSum>(job, first, gridded, count, share, e);
-#endif
-  addGridded<LobeSum>(job, first, gridded, count, share, e);
+  addGridded<LobeSum<kParts>>(job, first, gridded, count, share, e);
 }
 
 inline void listBits(const std::uint64_t* bits, std::uint32_t first, std::uint32_t wanted, std::uint32_t* at) {

@@ -176,11 +176,22 @@ constexpr RatioTable kRatioTable;
 // oct6 links that LinkSet has packed again.
 struct RepackedLinks {
   Ints word;
+#if RELUME_LANES == 4
+  Ints f;
+#else
   Bytes f;
+#endif
 
   // LinkSet has room behind the last link.
   __attribute__((always_inline)) RepackedLinks(const LightCachesJob& job, std::size_t at, int count)
-      : word(load<Ints>(job.word + at)), f(loadFirstBytes<Bytes>(job.transfer + at, count)) {}
+      : word(load<Ints>(job.word + at)),
+#if RELUME_LANES == 4
+        f(firstOfFourBytes(job.transfer + at, count)) {
+  }
+#else
+        f(loadFirstBytes<Bytes>(job.transfer + at, count)) {
+  }
+#endif
   static void writeNodes(const LightCachesJob& job, std::uint32_t cache, std::size_t at, int count,
                          std::uint32_t* node) {
     const std::uint16_t* step = job.nodeStep + std::size_t{job.nodeSteps} * cache;
@@ -199,7 +210,13 @@ struct RepackedLinks {
     const Ints zero{};
     __builtin_memcpy(node + count, &zero, sizeof zero);
   }
+#if RELUME_LANES == 4
+  // Halves without a conversion: their bits, put where a float has them, are 2^112 too small. (f never is a denormal
+  // half: link_set.cpp.)
+  Floats transfer() const { return asFloats(f << 19) * 0x1p112f; }
+#else
   Floats transfer() const { return halvesToFloats(bytesToHalves(f) << 6); }
+#endif
 #if RELUME_LANES == 16
   // The high bits of a row's nodes, which grow by 2^16 from some indices on, for vectors read in their order.
   struct Row {
