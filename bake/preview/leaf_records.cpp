@@ -7,7 +7,6 @@
 
 #include "bake/base/parallel.h"
 #include "bake/base/wide_clones.h"
-#include "formats/color.h"
 #include "simd/vectors.h"
 
 #include <glm/common.hpp>
@@ -31,7 +30,6 @@ constexpr std::size_t kRecordsPerChunk = 64;
 
 constexpr std::size_t kBlock = LeafRecords::kBlock;
 constexpr std::size_t kAhead = 6;  // blocks that are fetched before they are needed
-typedef std::int16_t Shorts __attribute__((vector_size(2 * kBlock)));
 
 std::int16_t shareOf(float v, float scale) {
   return static_cast<std::int16_t>(scale > 0.0f ? std::lround(kMaxShare * v / scale) : 0);
@@ -75,24 +73,53 @@ float slopeScaleOf(std::span<const glm::vec4> sums) {
   return scale;
 }
 
-// Sums over terms, of R, G, B and luminance, a sum for each array of shares. luminance: of each term's leaf.
+using Eight = FloatsOf<8>;
+
+// R, G and B of four leaves, one vector each, from what lies in memory a leaf after the other.
+__attribute__((always_inline)) inline Vectors3<Float4> loadLight(const glm::vec3* radiance, const std::uint32_t* leaf) {
+  const auto a = load<Float4>(radiance + leaf[0]), b = load<Float4>(radiance + leaf[1]),
+             c = load<Float4>(radiance + leaf[2]), d = load<Float4>(radiance + leaf[3]);
+  const Float4 ab = __builtin_shufflevector(a, b, 0, 4, 1, 5), cd = __builtin_shufflevector(c, d, 0, 4, 1, 5);
+  const Float4 abEnd = __builtin_shufflevector(a, b, 2, 6, 3, 7), cdEnd = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+  return {__builtin_shufflevector(ab, cd, 0, 1, 4, 5), __builtin_shufflevector(ab, cd, 2, 3, 6, 7),
+          __builtin_shufflevector(abEnd, cdEnd, 0, 1, 4, 5)};
+}
+
+__attribute__((always_inline)) inline Eight join(Float4 low, Float4 high) {
+  return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+
+// Sums over terms, of R, G, B, a sum for each array of shares. luminance: of each term's leaf. Lanes are terms: what a
+// leaf sends is read as it lies, and turned. A float behind the last radiance is read as well.
 RELUME_WIDE_CLONES
-void sumTerms(const LeafRecords::Block* blocks, std::size_t count, const glm::vec4* radiance, float* luminance,
-              glm::vec4* sums) {
-  std::array<Float4, 5> sum{};
+void sumTerms(const LeafRecords::Block* blocks, std::size_t count, const glm::vec3* radiance, float* luminance,
+              glm::vec3* sums) {
+  std::array<std::array<Eight, 3>, 5> sum{};
   for (std::size_t b = 0; b < count; ++b) {
     const char* ahead = reinterpret_cast<const char*>(blocks + b + kAhead);
     for (std::size_t line = 0; line < sizeof(LeafRecords::Block); line += 64) __builtin_prefetch(ahead + line);
+    // Halves are joined in registers: from memory they would wait for both to be written.
+    std::array<std::array<Eight, 3>, kBlock / 8> light;
+    for (std::size_t i = 0; i < kBlock; i += 8) {
+      const Vectors3<Float4> low = loadLight(radiance, blocks[b].leaf.data() + i),
+                             high = loadLight(radiance, blocks[b].leaf.data() + i + 4);
+      std::array<Eight, 3>& each = light[i / 8];
+      each = {join(low.x, high.x), join(low.y, high.y), join(low.z, high.z)};
+      // luminance() of formats/color.h
+      store(luminance + kBlock * b + i, 0.2126f * each[0] + 0.7152f * each[1] + 0.0722f * each[2]);
+    }
     alignas(64) float share[5][kBlock];
-    for (std::size_t k = 0; k < 5; ++k)
-      store(share[k], __builtin_convertvector(load<Shorts>(blocks[b].shares[k].data()), FloatsOf<kBlock>));
-    for (std::size_t i = 0; i < kBlock; ++i) {
-      const auto light = load<Float4>(radiance + blocks[b].leaf[i]);
-      for (std::size_t k = 0; k < 5; ++k) sum[k] += share[k][i] * light;
-      luminance[kBlock * b + i] = light[3];
+    for (std::size_t k = 0; k < 5; ++k) {
+      for (std::size_t i = 0; i < kBlock; ++i) share[k][i] = static_cast<float>(blocks[b].shares[k][i]);
+    }
+    for (std::size_t k = 0; k < 5; ++k) {
+      for (std::size_t i = 0; i < kBlock; i += 8) {
+        const auto shares = load<Eight>(share[k] + i);
+        for (std::size_t c = 0; c < 3; ++c) sum[k][c] += shares * light[i / 8][c];
+      }
     }
   }
-  for (std::size_t k = 0; k < 5; ++k) store(sums + k, sum[k]);
+  for (std::size_t k = 0; k < 5; ++k) sums[k] = {sumLanes(sum[k][0]), sumLanes(sum[k][1]), sumLanes(sum[k][2])};
 }
 
 RecordGatherer::Options gatherOptions(const LeafRecords::Options& o) {
@@ -190,7 +217,7 @@ LeafRecords::Leaves LeafRecords::leavesOf(Scratch& s) const {
 
 void LeafRecords::sum(const Leaves& leaves, bool fixedReach, std::vector<float>& luminance, Record& record) const {
   luminance.resize(kBlock * leaves.blocks.size() + 1);
-  std::array<glm::vec4, 5> sums;
+  std::array<glm::vec3, 5> sums;
   sumTerms(leaves.blocks.data(), leaves.blocks.size(), radiance_.data(), luminance.data(), sums.data());
   luminance[leaves.terms] = 0.0f;
   const float share = kPi / static_cast<float>(gatherer_.cells().count()), along = leaves.alongScale / kMaxShare,
@@ -265,8 +292,8 @@ void LeafRecords::gather(std::span<const PixelReceiver> receivers, std::span<con
 }
 
 void LeafRecords::relight(std::span<const glm::vec3> radiance, Context& context) {
-  radiance_.clear();
-  for (const glm::vec3& l : radiance) radiance_.emplace_back(l, luminance(l));
+  radiance_.assign(radiance.begin(), radiance.end());
+  radiance_.emplace_back(0.0f);
   sumFrom(0, fixedReach_, context);
 }
 
@@ -274,7 +301,7 @@ void LeafRecords::adaptReach(Context& context) { sumFrom(0, false, context); }
 
 // Sum the records from `first` on.
 void LeafRecords::sumFrom(std::size_t first, bool fixedReach, Context& context) {
-  if (radiance_.size() < leafCount_) radiance_.resize(leafCount_, glm::vec4(0.0f));
+  if (radiance_.size() <= leafCount_) radiance_.resize(leafCount_ + 1, glm::vec3(0.0f));
   parallelChunks(context, "", leaves_.size() - first, kRecordsPerChunk, [&](std::size_t begin, std::size_t end) {
     std::unique_ptr<Scratch> scratch = borrow();
     for (std::size_t i = first + begin; i < first + end; ++i)

@@ -110,7 +110,7 @@ class LeafRecords {
   Sky sky_;
   RecordGatherer gatherer_;
   bool fixedReach_;
-  std::vector<glm::vec4> radiance_;  // [W/m²/sr], and its luminance [Size leaves, and any that a record has]
+  std::vector<glm::vec3> radiance_;  // [W/m²/sr] [Size leaves, and any that a record has, and one]
   std::uint32_t leafCount_ = 1;      // beyond all leaves of records, and that of the ends of blocks
   std::vector<Record> records_;
   std::vector<Leaves> leaves_;  // [Size records]
