@@ -11,6 +11,8 @@ soup     random triangles of 0.5 m in a cube of 10 m, each with its own corners 
 layers   coplanar squares of 10 m, two triangles each                             1000
 copies   instances of one triangle in one place, by nodes                         20000
 crowd    instances of a sphere of 480 triangles in a cube, by EXT_mesh_gpu_instancing  2000
+field    instances of a triangle of 1 m on a plain, turned, by EXT_mesh_gpu_instancing  65536
+rocks    instances of a rock of 1,000 triangles on a plain, turned, by the same        100000
 
 A camera looks at it from aside. The same bytes on every run.
 """
@@ -21,7 +23,8 @@ import math
 import random
 import struct
 
-COUNTS = {"fan": 100000, "star": 3000, "soup": 30000, "layers": 1000, "copies": 20000, "crowd": 2000}
+COUNTS = {"fan": 100000, "star": 3000, "soup": 30000, "layers": 1000, "copies": 20000, "crowd": 2000,
+          "field": 65536, "rocks": 100000}
 
 
 def fan(count):
@@ -69,6 +72,13 @@ def sphere(rings=16, sides=16, radius=0.2):
     return corners, index
 
 
+def rock(rings=21, sides=25):
+    """A sphere of 1 m with dents."""
+    draw = random.Random(2)
+    corners, index = sphere(rings, sides, 0.5)
+    return [tuple(x * draw.uniform(0.8, 1.0) for x in c) for c in corners], index
+
+
 class Level:
     def __init__(self, corners, index):
         self.data = b""
@@ -90,6 +100,14 @@ class Level:
                                        "type": kind, "count": count})
         self.data += data
         return len(self.gltf["accessors"]) - 1
+
+    def crowd(self, name, **attributes):
+        """A node of many instances. attributes: for each its three or four numbers, one after another."""
+        self.gltf["extensionsUsed"] = self.gltf["extensionsRequired"] = ["EXT_mesh_gpu_instancing"]
+        sizes = {"TRANSLATION": 3, "ROTATION": 4}
+        accessors = {key: self.accessor(struct.pack(f"<{len(x)}f", *x), 5126, f"VEC{sizes[key]}", len(x) // sizes[key])
+                     for key, x in attributes.items()}
+        self.node({"name": name, "mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": accessors}}})
 
     def node(self, node):
         self.gltf["scenes"][0]["nodes"].append(len(self.gltf["nodes"]))
@@ -117,14 +135,20 @@ def main():
         level = Level(*triangle())
         for i in range(count):
             level.node({"name": f"copy {i}", "mesh": 0})
-    else:
+    elif o.kind == "crowd":
         draw = random.Random(1)
         level = Level(*sphere())
-        places = [draw.uniform(-5, 5) for _ in range(3 * count)]
-        translation = level.accessor(struct.pack(f"<{len(places)}f", *places), 5126, "VEC3", count)
-        level.node({"name": "crowd", "mesh": 0,
-                    "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": translation}}}})
-        level.gltf["extensionsUsed"] = level.gltf["extensionsRequired"] = ["EXT_mesh_gpu_instancing"]
+        level.crowd("crowd", TRANSLATION=[draw.uniform(-5, 5) for _ in range(3 * count)])
+    else:
+        draw = random.Random(1)
+        level = Level(*(triangle() if o.kind == "field" else rock()))
+        along = math.ceil(math.sqrt(count))
+        places, turns = [], []
+        for i in range(count):
+            places += [2.0 * (i % along - 0.5 * along), 0.0, 2.0 * (i // along - 0.5 * along)]
+            angle = draw.uniform(0.0, math.pi)
+            turns += [0.0, math.sin(angle), 0.0, math.cos(angle)]
+        level.crowd(o.kind, TRANSLATION=places, ROTATION=turns)
     level.write(o.output)
 
 
