@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint32_t kStage = 0x53555246;  // the random streams' stage
 constexpr double kMaxEmitterShare = 0.125;    // largest share of all points that small emitters may get in addition
 constexpr double kMaxFarShare = 0.125;        // largest share of all points on sides that are seen from far away only
-constexpr std::size_t kSidesPerChunk = 2048;
+constexpr std::size_t kSidesPerChunk = 2048, kManySides = 1u << 16;
 constexpr std::size_t kPointsPerChunk = 8192;
 constexpr double kMaxTries = 1e8, kMaxNeedleTries = 1e6;  // on a side
 constexpr double kMaxTriesPerPoint = 64.0;  // on a side that is seen as a whole; more if only a part is seen
@@ -60,7 +60,7 @@ SeenParts findSeenParts(const PlaySpace& playSpace, const std::array<glm::vec3, 
                         double area, double tries) {
   SeenParts parts;
   const double seenShare = playSpace.seenArea[side] / area;
-  if (seenShare > kRareShare || playSpace.partly.empty() || !(playSpace.voxelSize > 0.0f)) return parts;
+  if (seenShare > kRareShare || playSpace.scene == nullptr || !(playSpace.voxelSize > 0.0f)) return parts;
   const double along = std::ceil(2.0 * std::sqrt(area) / playSpace.voxelSize);
   parts.along = static_cast<std::uint32_t>(std::clamp(along, 1.0, TriangleParts::kMax));
   if (isNeedle(corner, static_cast<float>(area))) parts.along = std::min(parts.along, kMaxPartsAlong);
@@ -126,45 +126,85 @@ SurfaceSampler::SurfaceSampler(const RayTracer& tracer, const PlaySpace& playSpa
         const std::uint32_t side = 2 * (instance.firstTriangle + t) + back;
         const float area = playSpace.seenArea[side];
         if (!(area > 0.0f) || geometricNormal(*scene_, {i, t, {}}) == glm::vec3(0.0f)) continue;
-        const std::uint32_t emitter = emitterOf(*scene_, i, side);
-        sides_.push_back({side, i, emitter, 1.0f});
+        side_.push_back(side);
         if (playSpace.isFar(side)) {
           farShare += playSpace.farShare[side];
           continue;
         }
         seenArea_ += area;
-        if (emitter != kReflector) emitterArea[i] += area;
+        if (emitterOf(*scene_, i, side) != kReflector) emitterArea[i] += area;
       }
     }
   }
+  side_.shrink_to_fit();
 
   // Raise the density of small emitters.
   const auto emitters = std::count_if(emitterArea.begin(), emitterArea.end(), [](double a) { return a > 0.0; });
   const double max = emitters > 0 ? kMaxEmitterShare * pointCount / static_cast<double>(emitters) : 0.0;
   const double wanted = std::min<double>(emitterPoints, max);
-  for (Side& side : sides_) {
-    if (side.emitter == kReflector || !(emitterArea[side.instance] > 0.0) || playSpace.isFar(side.side)) continue;
-    const double expected = pointCount * emitterArea[side.instance] / seenArea_;
-    side.density = static_cast<float>(std::max(1.0, wanted / expected));
+  emitterDensity_.assign(instanceCount, 1.0f);
+  for (std::uint32_t i = 0; i < instanceCount; ++i) {
+    if (!(emitterArea[i] > 0.0)) continue;
+    const double expected = pointCount * emitterArea[i] / seenArea_;
+    emitterDensity_[i] = static_cast<float>(std::max(1.0, wanted / expected));
   }
 
   // Thin out far sides: by their share of what is seen.
-  double measure = 0.0;
-  for (const Side& side : sides_) {
-    if (!playSpace.isFar(side.side)) measure += static_cast<double>(playSpace.seenArea[side.side]) * side.density;
+  if (!playSpace.farShare.empty()) {
+    double measure = 0.0;
+    forEachSide(0, side_.size(), [&](const Side& s) {
+      if (!playSpace.isFar(s.side))
+        measure += static_cast<double>(playSpace.seenArea[s.side]) * densityOf(s.side, s.instance);
+    });
+    farMeasure_ = measure * std::min(1.0, kMaxFarShare / std::max(farShare, 1e-30));
+    forEachSide(0, side_.size(), [&](const Side& s) {
+      if (playSpace.isFar(s.side))
+        seenArea_ += static_cast<double>(playSpace.seenArea[s.side]) * densityOf(s.side, s.instance);
+    });
   }
-  const double farScale = std::min(1.0, kMaxFarShare / std::max(farShare, 1e-30));
-  for (Side& side : sides_) {
-    if (!playSpace.isFar(side.side)) continue;
-    const double wantedMeasure = measure * farScale * playSpace.farShare[side.side];
-    side.density = static_cast<float>(std::min(1.0, wantedMeasure / playSpace.seenArea[side.side]));
-    seenArea_ += static_cast<double>(playSpace.seenArea[side.side]) * side.density;
-  }
+  markMeasures();
+}
 
-  measureEnd_.reserve(sides_.size() + 1);
-  measureEnd_.push_back(0.0);
-  for (const Side& side : sides_) {
-    measureEnd_.push_back(measureEnd_.back() + static_cast<double>(playSpace.seenArea[side.side]) * side.density);
+// How much denser than elsewhere points are on a side; below 1 on far ones.
+float SurfaceSampler::densityOf(std::uint32_t side, std::uint32_t instance) const {
+  if (playSpace_->isFar(side)) {
+    const double wantedMeasure = farMeasure_ * playSpace_->farShare[side];
+    return static_cast<float>(std::min(1.0, wantedMeasure / playSpace_->seenArea[side]));
+  }
+  const float density = emitterDensity_[instance];
+  return density != 1.0f && emitterOf(*scene_, instance, side) != kReflector ? density : 1.0f;
+}
+
+// The length of a side on the line. [m²]
+double SurfaceSampler::measureOf(std::size_t index, std::uint32_t instance) const {
+  if (!onLine_.empty()) return onLine_[index];
+  const std::uint32_t side = side_[index];
+  return static_cast<double>(playSpace_->seenArea[side]) * densityOf(side, instance);
+}
+
+void SurfaceSampler::markMeasures() {
+  sidesPerMark_ = side_.size() < kManySides ? 1 : 64;
+  mark_.reserve(side_.size() / sidesPerMark_ + 1);
+  InstanceFinder instances(*scene_);
+  measure_ = 0.0;
+  for (std::size_t i = 0; i < side_.size(); ++i) {
+    if (i % sidesPerMark_ == 0) mark_.push_back(measure_);
+    measure_ += measureOf(i, instances.of(side_[i] / 2));
+  }
+}
+
+// Visit sides [first, last) in their order; first is a multiple of sidesPerMark_. visit(side)
+template <class Visit>
+void SurfaceSampler::forEachSide(std::size_t first, std::size_t last, const Visit& visit) const {
+  InstanceFinder instances(*scene_);
+  Side side;
+  side.end = first / sidesPerMark_ < mark_.size() ? mark_[first / sidesPerMark_] : 0.0;
+  for (std::size_t i = first; i < last; ++i) {
+    side.side = side_[i];
+    side.instance = instances.of(side.side / 2);
+    side.begin = side.end;
+    side.end += measureOf(i, side.instance);
+    visit(side);
   }
 }
 
@@ -172,22 +212,23 @@ SurfaceSampler SurfaceSampler::emittersOnly() const {
   SurfaceSampler only;
   only.scene_ = scene_;
   only.playSpace_ = playSpace_;
-  only.measureEnd_.push_back(0.0);
-  for (std::size_t i = 0; i < sides_.size(); ++i) {
-    if (sides_[i].emitter == kReflector) continue;
-    only.sides_.push_back(sides_[i]);
-    only.measureEnd_.push_back(only.measureEnd_.back() + measureEnd_[i + 1] - measureEnd_[i]);
-  }
+  only.emitterDensity_ = emitterDensity_;
+  only.farMeasure_ = farMeasure_;
+  forEachSide(0, side_.size(), [&](const Side& s) {
+    if (emitterOf(*scene_, s.instance, s.side) == kReflector) return;
+    only.side_.push_back(s.side);
+    only.onLine_.push_back(s.end - s.begin);
+  });
+  only.markMeasures();
   return only;
 }
 
-void SurfaceSampler::drawSide(std::size_t index, double step, double offset, std::uint64_t seed, std::uint32_t salt,
+void SurfaceSampler::drawSide(const Side& s, double step, double offset, std::uint64_t seed, std::uint32_t salt,
                               std::vector<SurfaceSample>& out, Context& context) const {
   // Count the steps of the line that begin on this side.
-  const auto first = static_cast<std::int64_t>(std::ceil(measureEnd_[index] / step - offset));
-  const auto last = static_cast<std::int64_t>(std::ceil(measureEnd_[index + 1] / step - offset));
+  const auto first = static_cast<std::int64_t>(std::ceil(s.begin / step - offset));
+  const auto last = static_cast<std::int64_t>(std::ceil(s.end / step - offset));
   if (first >= last) return;
-  const Side& s = sides_[index];
   const Instance& instance = scene_->instances[s.instance];
   const std::uint32_t triangle = s.side / 2 - instance.firstTriangle;
   const std::array<glm::vec3, 3> corner = scene_->corners(instance, triangle);
@@ -205,7 +246,7 @@ void SurfaceSampler::drawSide(std::size_t index, double step, double offset, std
   auto triesLeft = static_cast<std::int64_t>(std::min(maxTries, kMaxTriesPerPoint * (1.0 + tries)));
   std::uint64_t halton = 0;
   SurfaceSample sample = sampleAt(*scene_, s.instance, s.side, glm::vec2(0.0f));
-  sample.density = s.density;
+  sample.density = densityOf(s.side, s.instance);
   for (std::int64_t i = first; i < last; ++i) {
     glm::vec2 at(0.0f);
     if (context.cancelled()) return;
@@ -224,25 +265,26 @@ void SurfaceSampler::drawSide(std::size_t index, double step, double offset, std
 
 std::vector<SurfaceSample> SurfaceSampler::draw(std::size_t count, std::uint64_t seed, std::uint32_t salt,
                                                 Context& context) const {
-  if (sides_.empty() || count == 0) return {};
-  const double step = measureEnd_.back() / static_cast<double>(count);
+  if (side_.empty() || count == 0) return {};
+  const double step = measure_ / static_cast<double>(count);
   const double offset = RandomStream(seed, kStage + salt, 0xFFFFFFFFFFull).uniform();
 
   // Make chunks by sides and points together: a large triangle with many points is as much work as many small ones.
   std::vector<std::size_t> chunkBegin{0};
   double work = 0.0;
-  for (std::size_t i = 0; i < sides_.size(); ++i) {
-    work += 1.0 / kSidesPerChunk + (measureEnd_[i + 1] - measureEnd_[i]) / step / kPointsPerChunk;
-    if (work >= 1.0 || i + 1 == sides_.size()) {
-      chunkBegin.push_back(i + 1);
+  for (std::size_t mark = 0; mark < mark_.size(); ++mark) {
+    const double end = mark + 1 < mark_.size() ? mark_[mark + 1] : measure_;
+    work += static_cast<double>(sidesPerMark_) / kSidesPerChunk + (end - mark_[mark]) / step / kPointsPerChunk;
+    if (work >= 1.0 || mark + 1 == mark_.size()) {
+      chunkBegin.push_back(std::min(side_.size(), (mark + 1) * sidesPerMark_));
       work = 0.0;
     }
   }
   std::vector<std::vector<SurfaceSample>> parts(chunkBegin.size() - 1);
   parallelChunks(context, "", parts.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
-      for (std::size_t i = chunkBegin[c]; i < chunkBegin[c + 1]; ++i)
-        drawSide(i, step, offset, seed, salt, parts[c], context);
+      forEachSide(chunkBegin[c], chunkBegin[c + 1],
+                  [&](const Side& side) { drawSide(side, step, offset, seed, salt, parts[c], context); });
     }
   });
 

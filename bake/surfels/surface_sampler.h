@@ -44,26 +44,35 @@ class SurfaceSampler {
   // salts give different points. Same points at any thread count.
   std::vector<SurfaceSample> draw(std::size_t count, std::uint64_t seed, std::uint32_t salt, Context& context) const;
 
-  bool empty() const { return sides_.empty(); }
+  bool empty() const { return side_.empty(); }
   double seenArea() const { return seenArea_; }  // [m²] alpha masks not taken off; far sides count as their points do
-  double measure() const { return measureEnd_.back(); }  // [m²] the same, times density
+  double measure() const { return measure_; }    // [m²] the same, times density
 
  private:
   SurfaceSampler() = default;
   struct Side {
     std::uint32_t side = 0;
     std::uint32_t instance = 0;
-    std::uint32_t emitter = kReflector;
-    float density = 1.0f;
+    double begin = 0.0, end = 0.0;  // [m²] of the line
   };
-  void drawSide(std::size_t index, double step, double offset, std::uint64_t seed, std::uint32_t salt,
+  float densityOf(std::uint32_t side, std::uint32_t instance) const;
+  double measureOf(std::size_t index, std::uint32_t instance) const;
+  void markMeasures();
+  template <class Visit>
+  void forEachSide(std::size_t first, std::size_t last, const Visit& visit) const;
+  void drawSide(const Side& side, double step, double offset, std::uint64_t seed, std::uint32_t salt,
                 std::vector<SurfaceSample>& out, Context& context) const;
 
+  // What else is known of a side follows from the play space and the densities: there may be millions.
   const Scene* scene_ = nullptr;
   const PlaySpace* playSpace_ = nullptr;
-  std::vector<Side> sides_;
-  std::vector<double> measureEnd_;  // [m²] [Size sides + 1] running sum of seen area x density
-  double seenArea_ = 0.0;
+  std::vector<std::uint32_t> side_;  // ascending
+  std::size_t sidesPerMark_ = 1;
+  std::vector<double> mark_;           // [m²] where every sidesPerMark_-th side begins on the line
+  std::vector<double> onLine_;         // [m²] [Size 0 or sides] length of each; empty = seen area x density
+  std::vector<float> emitterDensity_;  // [Size instances] of emitting sides that are not far
+  double farMeasure_ = 0.0;            // [m²] of all sides but far ones, by the share that far sides may have of it
+  double measure_ = 0.0, seenArea_ = 0.0;
 };
 
 // The instance that emits from a side of one of its triangles, or kReflector.

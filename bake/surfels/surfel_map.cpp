@@ -223,7 +223,7 @@ std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& pl
                   width = (playSpace.isFar(static_cast<std::uint32_t>(s)) ? farSpacing : spacing) *
                           (seenArea > 0.0f ? kTileSpacings : kUnseenTileSpacings);
       const GridShape shape = shapeOf(scene.corners(instance, point.triangle), width, seenArea);
-      if (shape.nested && !playSpace.tree.empty() && playSpace.partly[s]) {
+      if (shape.nested && !playSpace.tree.empty() && playSpace.isPartly(static_cast<std::uint32_t>(s))) {
         sides[s].nested = 1;  // addNestedGrids() lays it out
         continue;
       }

@@ -21,8 +21,9 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
+#include <map>
+#include <mutex>
 #include <utility>
 
 namespace relume {
@@ -60,21 +61,25 @@ glm::vec3 cosineDirection(const glm::vec3& unitNormal, RandomStream& random) {
 
 // Where hits are counted: near ones by voxel, far ones by side.
 struct Counts {
-  Counts(const VoxelGrid& voxelGrid, float farDistance, std::size_t sides)
-      : grid(voxelGrid), far(farDistance), farHits(sides) {}
   VoxelGrid grid;
-  float far;                                        // [m] hits beyond this distance are far
-  VoxelCounter near;                                // by voxel
-  std::vector<std::atomic<std::uint32_t>> farHits;  // [Size 2 * triangles] by side
+  float far = 0.0f;                              // [m] hits beyond this distance are far
+  VoxelCounter near;                             // by voxel
+  std::map<std::uint32_t, std::uint32_t> onFar;  // by side
+  std::mutex mutex;                              // of onFar
+};
+
+// What the walkers of a chunk hit.
+struct ChunkHits {
+  std::vector<VoxelHits> near;
+  std::vector<std::uint32_t> far;  // sides
 };
 
 // Count what a walker hit, and send it on.
-void advance(const RayTracer& tracer, Counts& counts, const Hit& hit, Walker& w, std::vector<VoxelHits>& hits) {
+void advance(const RayTracer& tracer, const Counts& counts, const Hit& hit, Walker& w, ChunkHits& hits) {
   const Scene& scene = tracer.scene();
   const bool far = hit && hit.distance > counts.far;
   if (far) {
-    const std::size_t side = 2 * (std::size_t{scene.instances[hit.instance].firstTriangle} + hit.triangle);
-    counts.farHits[side + (hit.back ? 1 : 0)].fetch_add(1, std::memory_order_relaxed);
+    hits.far.push_back(2 * (scene.instances[hit.instance].firstTriangle + hit.triangle) + (hit.back ? 1 : 0));
   }
   if (!hit || far) {
     // Do not follow into the sky or so far away: look elsewhere from the last point in the air.
@@ -93,7 +98,7 @@ void advance(const RayTracer& tracer, Counts& counts, const Hit& hit, Walker& w,
   const auto corners = scene.corners(instance, hit.triangle);
   const glm::vec3 position = pointOf(corners, hit.barycentric);
   const glm::vec3 cross = hit.back ? -crossOf(corners) : crossOf(corners);
-  VoxelHits& voxel = hits.emplace_back(counts.grid.voxel(hit.instance, position, cross));
+  VoxelHits& voxel = hits.near.emplace_back(counts.grid.voxel(hit.instance, position, cross));
   (w.inAir ? voxel.direct : voxel.bounced) = 1;
 
   const float length = glm::length(cross);
@@ -126,8 +131,8 @@ void walkRound(const RayTracer& tracer, const PlaySpaceOptions& options, std::ui
     std::vector<Walker> walkers(count);
     std::vector<Ray> rays(count);
     std::vector<Hit> found(count);
-    std::vector<VoxelHits> hits;
-    hits.reserve(count * options.maxBounces);
+    ChunkHits hits;
+    hits.near.reserve(count * options.maxBounces);
     for (std::size_t i = 0; i < count; ++i) {
       Walker& w = walkers[i];
       w.random = RandomStream(seed, kStage + round, begin + i);
@@ -148,7 +153,11 @@ void walkRound(const RayTracer& tracer, const PlaySpaceOptions& options, std::ui
         if (!walkers[i].ended) advance(tracer, counts, found[i], walkers[i], hits);
       }
     }
-    counts.near.add(hits);
+    counts.near.add(hits.near);
+    if (!hits.far.empty()) {
+      const std::lock_guard lock(counts.mutex);
+      for (const std::uint32_t side : hits.far) ++counts.onFar[side];
+    }
     for (std::size_t i = 0; i < count; ++i) {
       reached[begin + i] = walkers[i].air;
       valid[begin + i] = !walkers[i].ended && walkers[i].known ? 1 : 0;
@@ -164,10 +173,10 @@ void walkRound(const RayTracer& tracer, const PlaySpaceOptions& options, std::ui
 // What walks found.
 struct Walks {
   VoxelGrid grid;
-  std::vector<VoxelHits> voxels;       // sorted by key
-  double nearHits = 0.0;               // all of theirs
-  std::vector<std::uint32_t> farHits;  // [Size 2 * triangles] by side
-  std::vector<glm::vec3> ends;         // where walks of the last round ended
+  std::vector<VoxelHits> voxels;                   // sorted by key
+  double nearHits = 0.0;                           // all of theirs
+  std::map<std::uint32_t, std::uint32_t> farHits;  // by side
+  std::vector<glm::vec3> ends;                     // where walks of the last round ended
 };
 
 Walks walkThrough(const RayTracer& tracer, const PlaySpaceOptions& options, std::uint64_t seed,
@@ -175,12 +184,14 @@ Walks walkThrough(const RayTracer& tracer, const PlaySpaceOptions& options, std:
   Walks walks;
   walks.grid.size = voxelSize;
   walks.grid.origin = tracer.boundsMin() - 0.3719f * voxelSize;  // off the round coordinates that levels are built on
-  Counts counts(walks.grid, farDistance, 2 * std::size_t{tracer.scene().triangleCount()});
+  Counts counts;
+  counts.grid = walks.grid;
+  counts.far = farDistance;
   for (std::uint32_t round = 0; round < kRounds && !context.cancelled(); ++round)
     walkRound(tracer, options, seed, round, sources, walks.ends, counts, context);
   walks.voxels = counts.near.sorted();
   for (const VoxelHits& c : walks.voxels) walks.nearHits += static_cast<double>(c.direct) + c.bounced;
-  walks.farHits.assign(counts.farHits.begin(), counts.farHits.end());
+  walks.farHits = std::move(counts.onFar);
   return walks;
 }
 
@@ -222,59 +233,118 @@ FirstLook lookAround(const RayTracer& tracer, std::uint64_t seed, const StartSou
   return {middle > kFarLooks * quarter ? quarter : middle, share};
 }
 
+// Fill arrays by side in the order of the triangles, a part at a time, so that what takes no memory in them takes none
+// before: measure(instance, triangle, corners, area, seenArea, flags) sets the values of both sides, in parallel.
+template <class Measure>
+void fillSides(const Scene& scene, PlaySpace& space, Context& context, const Measure& measure) {
+  constexpr std::size_t kTrianglesPerPart = 1u << 20;
+  const std::size_t triangles = scene.triangleCount();
+  std::vector<float> seenArea;
+  std::vector<std::uint8_t> flags;
+  space.seenArea = SideArray<float>();
+  space.flags = SideArray<std::uint8_t>();
+  for (std::size_t first = 0; first < triangles; first += kTrianglesPerPart) {
+    const std::size_t last = std::min(triangles, first + kTrianglesPerPart);
+    seenArea.assign(2 * (last - first), 0.0f);
+    flags.assign(2 * (last - first), 0);
+    forEachTriangle(scene, first, last, context,
+                    [&](std::uint32_t i, std::uint32_t t, const auto& corners, float area) {
+                      const std::size_t at = 2 * (scene.instances[i].firstTriangle + std::size_t{t} - first);
+                      measure(i, corners, area, &seenArea[at], &flags[at]);
+                    });
+    space.seenArea.append(seenArea);
+    space.flags.append(flags);
+  }
+  space.seenArea.shrinkToFit();
+  space.flags.shrinkToFit();
+}
+
 // Measure how much of each side lies in kept voxels.
 void measureSides(const RayTracer& tracer, const VoxelGrid& grid, const std::vector<VoxelHits>& voxels, bool hasLarge,
                   PlaySpace& space, Context& context) {
-  const Scene& scene = tracer.scene();
   VoxelIndex voxelIndex(voxels);
   if (hasLarge) space.tree = VoxelTree(grid, voxels, 0);
-  space.partly.assign(space.seenArea.size(), 0);
-  forEachTriangle(scene, context, [&](std::uint32_t i, std::uint32_t t, const auto& corners, float area) {
-    const glm::vec3 normal = crossOf(corners);
-    std::array<double, 2> seen{};  // weights of parts
-    std::array<bool, 2> direct{};
-    const double all =
-        forEachPart(corners, area, grid.size, space.tree, i, context, [&](const glm::vec3& p, double weight) {
-          const std::array<std::uint64_t, 2> keys = grid.keys(i, p, normal);
-          for (std::size_t side = 0; side < 2; ++side) {
-            const std::size_t at = voxelIndex.find(keys[side]);
-            if (at == voxels.size()) continue;
-            seen[side] += weight;
-            if (voxels[at].direct > 0) direct[side] = true;
-          }
-        });
-    for (std::size_t side = 0; side < 2; ++side) {
-      const std::size_t index = 2 * (std::size_t{scene.instances[i].firstTriangle} + t) + side;
-      space.seenArea[index] = area * static_cast<float>(seen[side]) / static_cast<float>(all);
-      space.visible[index] = direct[side] ? 1 : 0;
-      space.partly[index] = seen[side] > 0.0 && seen[side] < all ? 1 : 0;
-    }
-  });
+  fillSides(tracer.scene(), space, context,
+            [&](std::uint32_t i, const auto& corners, float area, float* seenArea, std::uint8_t* flags) {
+              const glm::vec3 normal = crossOf(corners);
+              std::array<double, 2> seen{};  // weights of parts
+              std::array<bool, 2> direct{};
+              const double all =
+                  forEachPart(corners, area, grid.size, space.tree, i, context, [&](const glm::vec3& p, double weight) {
+                    const std::array<std::uint64_t, 2> keys = grid.keys(i, p, normal);
+                    for (std::size_t side = 0; side < 2; ++side) {
+                      const std::size_t at = voxelIndex.find(keys[side]);
+                      if (at == voxels.size()) continue;
+                      seen[side] += weight;
+                      if (voxels[at].direct > 0) direct[side] = true;
+                    }
+                  });
+              for (std::size_t side = 0; side < 2; ++side) {
+                seenArea[side] = area * static_cast<float>(seen[side]) / static_cast<float>(all);
+                flags[side] = direct[side] ? PlaySpace::kVisible : 0;
+                if (seen[side] > 0.0 && seen[side] < all) flags[side] |= PlaySpace::kPartly;
+              }
+            });
   space.voxels = std::move(voxelIndex);
 }
 
 // Mark every side of every triangle as seen.
 void seeAll(const Scene& scene, PlaySpace& space, Context& context) {
-  forEachTriangle(scene, context, [&](std::uint32_t i, std::uint32_t t, const auto&, float area) {
+  fillSides(scene, space, context, [](std::uint32_t, const auto&, float area, float* seenArea, std::uint8_t* flags) {
     for (std::size_t side = 0; side < 2; ++side) {
-      const std::size_t index = 2 * (std::size_t{scene.instances[i].firstTriangle} + t) + side;
-      space.seenArea[index] = area;
-      space.visible[index] = 1;
+      seenArea[side] = area;
+      flags[side] = PlaySpace::kVisible;
     }
   });
 }
 
-// Note the sides that are seen from far away only. They count as seen as a whole: no receiver comes near enough to tell
-// their parts apart.
-void addFarSides(const std::vector<float>& area, const Walks& walks, PlaySpace& space) {
-  double all = walks.nearHits;
-  for (const std::uint32_t hits : walks.farHits) all += hits;
-  for (std::size_t side = 0; side < walks.farHits.size(); ++side) {
-    const double share = walks.farHits[side] / std::max(all, 1.0);
-    if (share < kMinFarShare || space.seenArea[side] > 0.0f || !(area[side] > 0.0f)) continue;
-    if (space.farShare.empty()) space.farShare.assign(area.size(), 0.0f);
-    space.farShare[side] = static_cast<float>(share);
+// The area of all sides, and of the largest. [m²]
+struct Areas {
+  double total = 0.0;
+  float largest = 0.0f;
+};
+
+Areas measureAll(const Scene& scene, Context& context) {
+  constexpr std::size_t kTrianglesPerPart = 1u << 20;
+  const std::size_t triangles = scene.triangleCount();
+  Areas areas;
+  std::vector<float> part;
+  for (std::size_t first = 0; first < triangles; first += kTrianglesPerPart) {
+    const std::size_t last = std::min(triangles, first + kTrianglesPerPart);
+    part.assign(last - first, 0.0f);
+    forEachTriangle(scene, first, last, context, [&](std::uint32_t i, std::uint32_t t, const auto&, float area) {
+      part[scene.instances[i].firstTriangle + std::size_t{t} - first] = area;
+    });
+    for (const float area : part) {
+      areas.total += area;
+      areas.total += area;
+      areas.largest = std::max(areas.largest, area);
+    }
   }
+  return areas;
+}
+
+// The area of a side that can be baked, as forEachTriangle() has it; else 0. [m²]
+float areaOfSide(const Scene& scene, std::uint32_t side) {
+  const Instance& instance = scene.instances[scene.instanceOf(side / 2)];
+  const float area = areaOf(scene.corners(instance, side / 2 - instance.firstTriangle));
+  return instance.baked() && area > 0.0f && std::isfinite(area) ? area : 0.0f;
+}
+
+// Note the sides that are seen from far away only, and return them. They count as seen as a whole: no receiver comes
+// near enough to tell their parts apart.
+std::vector<std::uint32_t> addFarSides(const Scene& scene, const Walks& walks, PlaySpace& space) {
+  double all = walks.nearHits;
+  for (const auto& [side, hits] : walks.farHits) all += hits;
+  std::vector<std::uint32_t> sides;
+  for (const auto& [side, hits] : walks.farHits) {
+    const double share = hits / std::max(all, 1.0);
+    if (share < kMinFarShare || space.seenArea[side] > 0.0f || !(areaOfSide(scene, side) > 0.0f)) continue;
+    if (space.farShare.empty()) space.farShare = SideArray<float>(space.seenArea.size());
+    space.farShare.set(side, static_cast<float>(share));
+    sides.push_back(side);
+  }
+  return sides;
 }
 
 // Find the box of the voxels without the outermost hits along each axis.
@@ -297,9 +367,9 @@ void boundHits(const VoxelGrid& grid, const std::vector<VoxelHits>& voxels, Play
   }
 }
 
-double sum(const std::vector<float>& values) {
+double sum(const SideArray<float>& values) {
   double total = 0.0;
-  for (const float v : values) total += v;
+  for (std::size_t side = 0; side < values.size(); ++side) total += values[side];
   return total;
 }
 
@@ -321,7 +391,7 @@ void report(const PlaySpace& space, const char* from, Context& context) {
 
 bool PlaySpace::seenAt(std::uint32_t side, const glm::vec2& barycentric) const {
   if (!(seenArea[side] > 0.0f)) return false;
-  if (scene == nullptr || partly.empty() || partly[side] == 0) return true;
+  if (!isPartly(side)) return true;
   const std::uint32_t i = scene->instanceOf(side / 2);
   const Instance& instance = scene->instances[i];
   const auto corners = scene->corners(instance, side / 2 - instance.firstTriangle);
@@ -332,7 +402,7 @@ bool PlaySpace::seenAt(std::uint32_t side, const glm::vec2& barycentric) const {
 
 bool PlaySpace::mayBeSeenIn(std::uint32_t side, const glm::vec3& low, const glm::vec3& high) const {
   if (!(seenArea[side] > 0.0f)) return false;
-  if (scene == nullptr || partly.empty() || partly[side] == 0 || tree.empty()) return true;
+  if (!isPartly(side) || tree.empty()) return true;
   const std::uint32_t i = scene->instanceOf(side / 2);
   const Instance& instance = scene->instances[i];
   return tree.meets(i, crossOf(scene->corners(instance, side / 2 - instance.firstTriangle)), low, high);
@@ -342,11 +412,8 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
                                 Context& context) {
   const Scene& scene = tracer.scene();
   PlaySpace space;
-  const std::size_t sides = 2 * std::size_t{scene.triangleCount()};
-  space.seenArea.assign(sides, 0.0f);
-  space.visible.assign(sides, 0);
-  seeAll(scene, space, context);
-  space.total = space.seenTotal = sum(space.seenArea);
+  const Areas areas = measureAll(scene, context);
+  space.total = areas.total;
   if (context.cancelled()) return cancelledError();
   if (!(space.total > 0.0)) return Error{ErrorCode::failed, "play space: the level has no triangle with an area"};
 
@@ -370,6 +437,9 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
     space.receivers =
         sources.freePoints.empty() ? findFreePoints(tracer, seed, context) : std::move(sources.freePoints);
     thin(space.receivers);
+    seeAll(scene, space, context);
+    space.seenTotal = space.total;
+    if (context.cancelled()) return cancelledError();
     report(space, "everywhere", context);
     return space;
   }
@@ -385,24 +455,21 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   }
 
   // Keep what matters.
-  const float largest = *std::max_element(space.seenArea.begin(), space.seenArea.end());
   const VoxelGrid& grid = walks.grid;
-  const bool hasLarge = TriangleParts(largest, grid.size).along >= TriangleParts::kFew;
-  const std::vector<float> area = space.seenArea;
+  const bool hasLarge = TriangleParts(areas.largest, grid.size).along >= TriangleParts::kFew;
   const std::vector<VoxelHits> voxels =
       keepVoxels(scene, grid, std::move(walks.voxels), space.total, hasLarge, context);
   if (context.cancelled()) return cancelledError();
   measureSides(tracer, grid, voxels, hasLarge, space, context);
-  addFarSides(area, walks, space);
+  const std::vector<std::uint32_t> farSides = addFarSides(scene, walks, space);
   boundHits(grid, voxels, space);
   space.scene = &scene;
   space.voxelOrigin = grid.origin;
   space.voxelSize = grid.size;
   space.seenTotal = sum(space.seenArea);
-  for (std::size_t side = 0; side < space.farShare.size(); ++side) {
-    if (!(space.farShare[side] > 0.0f)) continue;
-    space.seenArea[side] = area[side];
-    space.partly[side] = 0;
+  for (const std::uint32_t side : farSides) {
+    space.seenArea.set(side, areaOfSide(scene, side));
+    space.flags.set(side, space.flags[side] & PlaySpace::kVisible);
   }
   space.receivers = std::move(walks.ends);
   thin(space.receivers);

@@ -29,23 +29,51 @@ inline glm::vec3 pointOf(const std::array<glm::vec3, 3>& c, const glm::vec2& b) 
 // Normal of the front, from the world-space corners; its length is twice the area.
 inline glm::vec3 crossOf(const std::array<glm::vec3, 3>& c) { return glm::cross(c[1] - c[0], c[2] - c[0]); }
 
-// Visit the triangles of all baked instances in parallel: visit(instance, triangle, corners, area). Triangles without
-// area are left out.
+inline float areaOf(const std::array<glm::vec3, 3>& c) { return 0.5f * glm::length(crossOf(c)); }
+
+// Scene::instanceOf() for triangles of which most are of the same instance as the one before.
+class InstanceFinder {
+ public:
+  explicit InstanceFinder(const Scene& scene) : scene_(scene) {}
+  std::uint32_t of(std::uint32_t triangle) {
+    if (triangle < begin_ || triangle >= end_) {
+      instance_ = scene_.instanceOf(triangle);
+      const Instance& found = scene_.instances[instance_];
+      begin_ = found.firstTriangle;
+      end_ = begin_ + static_cast<std::uint32_t>(scene_.meshes[found.mesh].triangle.size());
+    }
+    return instance_;
+  }
+
+ private:
+  const Scene& scene_;
+  std::uint32_t instance_ = 0, begin_ = 0, end_ = 0;  // triangles of the instance
+};
+
+// Visit the scene-wide triangles [first, last) of baked instances in parallel: visit(instance, triangle, corners,
+// area). Triangles without area are left out.
 template <class Visit>
-void forEachTriangle(const Scene& scene, Context& context, const Visit& visit) {
+void forEachTriangle(const Scene& scene, std::size_t first, std::size_t last, Context& context, const Visit& visit) {
   // Small chunks: large triangles, which have many parts, often follow one another.
-  const std::size_t chunk = std::clamp<std::size_t>(scene.triangleCount() / 256, 1, 128);
-  parallelChunks(context, "", scene.triangleCount(), chunk, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) {
-      const std::uint32_t i = scene.instanceOf(static_cast<std::uint32_t>(t));
+  const std::size_t chunk = std::clamp<std::size_t>((last - first) / 256, 1, 128);
+  parallelChunks(context, "", last - first, chunk, [&](std::size_t begin, std::size_t end) {
+    InstanceFinder instances(scene);
+    for (std::size_t t = first + begin; t < first + end; ++t) {
+      const std::uint32_t i = instances.of(static_cast<std::uint32_t>(t));
       const Instance& instance = scene.instances[i];
       if (!instance.baked()) continue;
       const auto triangle = static_cast<std::uint32_t>(t) - instance.firstTriangle;
       const auto corners = scene.corners(instance, triangle);
-      const float area = 0.5f * glm::length(crossOf(corners));
+      const float area = areaOf(corners);
       if (area > 0.0f && std::isfinite(area)) visit(i, triangle, corners, area);
     }
   });
+}
+
+// The same for all triangles.
+template <class Visit>
+void forEachTriangle(const Scene& scene, Context& context, const Visit& visit) {
+  forEachTriangle(scene, 0, scene.triangleCount(), context, visit);
 }
 
 // A triangle cut into n² equal triangles, n along an edge, small enough for the voxels. A square of the barycentric

@@ -61,8 +61,8 @@ TEST(BigLevel, AMillionTrianglesAreUnwrapped) {
 
   const Scene scene = test::bigLevel(side, whole ? 20 : 4);
   PlaySpace all;
-  all.seenArea.assign(2 * scene.triangleCount(), 1.0f);
-  all.visible.assign(2 * scene.triangleCount(), 1);
+  all.seenArea = std::vector<float>(2 * scene.triangleCount(), 1.0f);
+  all.flags = std::vector<std::uint8_t>(2 * scene.triangleCount(), PlaySpace::kVisible);
   const PatchSet set = makePatches(scene, all, CacheOptions{}, context);
   std::set<std::uint32_t> instances;
   for (const Patch& patch : set.patches) instances.insert(patch.instance);

@@ -63,16 +63,16 @@ class Level {
   PlaySpace playSpace(const Sees& sees) const {
     PlaySpace space;
     const std::uint32_t sides = 2 * scene_.triangleCount();
-    space.seenArea.assign(sides, 0.0f);
-    space.visible.assign(sides, 0);
+    space.seenArea = SideArray<float>(sides);
+    space.flags = SideArray<std::uint8_t>(sides);
     for (std::uint32_t side = 0; side < sides; ++side) {
       const Instance& instance = scene_.instances[scene_.instanceOf(side / 2)];
       const auto c = scene_.corners(instance, side / 2 - instance.firstTriangle);
       const float area = 0.5f * glm::length(glm::cross(c[1] - c[0], c[2] - c[0]));
       space.total += area;
       if (!sees(side)) continue;
-      space.seenArea[side] = area;
-      space.visible[side] = 1;
+      space.seenArea.set(side, area);
+      space.flags.set(side, PlaySpace::kVisible);
       space.seenTotal += area;
     }
     return space;

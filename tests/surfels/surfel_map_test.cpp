@@ -154,8 +154,8 @@ TEST(SurfelMap, hugeTrianglesAndSliversStaySmall) {
     level.addTriangle({x, 1, 0}, {x + 0.001f, 1, 500}, {x, 1, 1000});
   }
   PlaySpace space = level.bothSides();
-  space.seenArea[0] = 10.0f;
-  space.seenArea[1] = 0.0f;
+  space.seenArea.set(0, 10.0f);
+  space.seenArea.set(1, 0.0f);
   std::vector<SurfaceSample> surfels;
   for (std::uint32_t side = 2; side < 202; ++side) surfels.push_back(sampleOf(level.scene(), side, {0.3f, 0.3f}));
   Context context;

@@ -47,16 +47,17 @@ HitRadiance linkRadiance(const RayTracer& drawn, std::span<const SceneLight> lig
 
 SurfelMap mapSurfels(const Scene& scene, const Bake& bake, Context& context) {
   PlaySpace all;
-  all.seenArea.assign(2 * std::size_t{scene.triangleCount()}, 0.0f);
+  std::vector<float> area(2 * std::size_t{scene.triangleCount()}, 0.0f);  // by side
   for (const Instance& instance : scene.instances) {
     if (!instance.baked()) continue;
     for (std::uint32_t t = 0; t < scene.meshes[instance.mesh].triangle.size(); ++t) {
       const auto c = scene.corners(instance, t);
       const std::size_t side = 2 * (std::size_t{instance.firstTriangle} + t);
-      all.seenArea[side] = all.seenArea[side + 1] = 0.5f * glm::length(glm::cross(c[1] - c[0], c[2] - c[0]));
+      area[side] = area[side + 1] = 0.5f * glm::length(glm::cross(c[1] - c[0], c[2] - c[0]));
     }
   }
-  all.visible.assign(all.seenArea.size(), 1);
+  all.seenArea = area;
+  all.flags = std::vector<std::uint8_t>(area.size(), PlaySpace::kVisible);
   std::vector<SurfaceSample> samples(bake.surfels.count());
   for (std::uint32_t s = 0; s < samples.size(); ++s) {
     samples[s].positionWorld = bake.surfels.positionWorld[s];

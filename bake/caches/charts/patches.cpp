@@ -4,6 +4,7 @@
 
 #include "bake/base/parallel.h"
 #include "bake/caches/charts/texcoord_charts.h"
+#include "bake/visibility/surface_parts.h"
 
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
@@ -144,10 +145,10 @@ void addPatches(const Scene& scene, const PlaySpace& playSpace, std::uint32_t in
       double area = 0.0;
       bool visible = false;
       for (const std::uint32_t t : chart.triangle) {
-        const std::size_t s = 2 * (static_cast<std::size_t>(instance.firstTriangle) + t) + side;
-        if (playSpace.isFar(static_cast<std::uint32_t>(s))) continue;
+        const std::uint32_t s = 2 * (instance.firstTriangle + t) + side;
+        if (playSpace.isFar(s)) continue;
         area += playSpace.seenArea[s];
-        visible = visible || playSpace.visible[s] != 0;
+        visible = visible || playSpace.isVisible(s);
       }
       if (!(area > 0.0)) continue;
       if (uvScale == glm::vec2(0.0f)) uvScale = uvScaleOf(scene, instance, charts, chart);
@@ -215,9 +216,10 @@ void dropWidePatches(PatchSet& set, const Scene& scene) {
 
 double wideShare(const Scene& scene, const PlaySpace& playSpace) {
   double wide = 0.0;
-  for (std::uint32_t side = 0; side < playSpace.partly.size(); ++side) {
-    if (!playSpace.partly[side] || playSpace.isFar(side)) continue;
-    const Instance& instance = scene.instances[scene.instanceOf(side / 2)];
+  InstanceFinder instances(scene);
+  for (std::uint32_t side = 0; side < playSpace.flags.size(); ++side) {
+    if (!playSpace.isPartly(side) || playSpace.isFar(side)) continue;
+    const Instance& instance = scene.instances[instances.of(side / 2)];
     const auto c = scene.corners(instance, side / 2 - instance.firstTriangle);
     const double parallelogram = glm::length(glm::cross(glm::dvec3(c[1] - c[0]), glm::dvec3(c[2] - c[0])));
     if (parallelogram > kMaxEmpty * playSpace.seenTotal) wide += playSpace.seenArea[side];

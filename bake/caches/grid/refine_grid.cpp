@@ -32,23 +32,54 @@ struct Box {
   }
 };
 
-using Triangles = std::vector<std::array<glm::vec3, 3>>;
+constexpr std::uint32_t kTrianglesPerRun = 64;
 
-// The triangles of which at least one side is seen.
-Triangles seenTriangles(const Scene& scene, const PlaySpace& playSpace) {
-  Triangles result;
-  for (const Instance& instance : scene.instances) {
-    if (!instance.baked()) continue;
-    const auto triangles = static_cast<std::uint32_t>(scene.meshes[instance.mesh].triangle.size());
-    for (std::uint32_t t = 0; t < triangles; ++t) {
-      const std::size_t side = 2 * (static_cast<std::size_t>(instance.firstTriangle) + t);
-      if (playSpace.isFar(static_cast<std::uint32_t>(side)) || playSpace.isFar(static_cast<std::uint32_t>(side + 1)))
-        continue;
-      if (playSpace.visible[side] || playSpace.visible[side + 1]) result.push_back(scene.corners(instance, t));
+// Neighbours in an instance of which at least one is seen, and the box around those that are.
+struct Run {
+  std::uint32_t instance = 0, begin = 0, end = 0;  // triangles of the instance
+  Box box;
+};
+
+// Whether at least one side of a triangle is seen.
+bool isSeen(const PlaySpace& playSpace, const Instance& instance, std::uint32_t t) {
+  const std::uint32_t side = 2 * (instance.firstTriangle + t);
+  if (playSpace.isFar(side) || playSpace.isFar(side + 1)) return false;
+  return playSpace.isVisible(side) || playSpace.isVisible(side + 1);
+}
+
+// The triangles of which at least one side is seen. Their corners are found anew whenever they are visited: they would
+// take more memory than all else in a level of many instances.
+class SeenTriangles {
+ public:
+  SeenTriangles(const Scene& scene, const PlaySpace& playSpace) : scene_(scene), playSpace_(playSpace) {
+    for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
+      if (!scene.instances[i].baked()) continue;
+      const auto count = static_cast<std::uint32_t>(scene.meshes[scene.instances[i].mesh].triangle.size());
+      for (std::uint32_t t = 0; t < count; t += kTrianglesPerRun) {
+        Run run{i, t, std::min(count, t + kTrianglesPerRun), {}};
+        forEachOf(run, [&](const std::array<glm::vec3, 3>& corners) {
+          for (const glm::vec3& p : corners) run.box.add(p);
+        });
+        if (run.box.low.x <= run.box.high.x) runs_.push_back(run);
+      }
     }
   }
-  return result;
-}
+
+  const std::vector<Run>& runs() const { return runs_; }
+  // Call visit(corners) for those of a run.
+  template <class Visit>
+  void forEachOf(const Run& run, const Visit& visit) const {
+    const Instance& instance = scene_.instances[run.instance];
+    for (std::uint32_t t = run.begin; t < run.end; ++t) {
+      if (isSeen(playSpace_, instance, t)) visit(scene_.corners(instance, t));
+    }
+  }
+
+ private:
+  const Scene& scene_;
+  const PlaySpace& playSpace_;
+  std::vector<Run> runs_;
+};
 
 // The box around most of what is looked at, and of the receivers.
 Box lookedAtBounds(const PlaySpace& playSpace) {
@@ -68,10 +99,11 @@ Box lookedAtBounds(const PlaySpace& playSpace) {
 }
 
 // The box around everything the play space sees, and the receivers themselves.
-Box boundsOf(const RayTracer& tracer, const PlaySpace& playSpace, const Triangles& triangles) {
+Box boundsOf(const RayTracer& tracer, const PlaySpace& playSpace, const SeenTriangles& triangles) {
   Box box;
-  for (const auto& corners : triangles) {
-    for (const glm::vec3& p : corners) box.add(p);
+  for (const Run& run : triangles.runs()) {
+    box.add(run.box.low);
+    box.add(run.box.high);
   }
   for (const glm::vec3& p : playSpace.receivers) box.add(glm::clamp(p, tracer.boundsMin(), tracer.boundsMax()));
   if (!(box.low.x <= box.high.x)) return {tracer.boundsMin(), tracer.boundsMax()};
@@ -136,21 +168,16 @@ void forEachCell(Polygon polygon, const glm::uvec3& cells, int axis, glm::uvec3 
 }
 
 // Number the cells through which a seen triangle passes.
-void markBricks(const Triangles& triangles, GridLayout& layout) {
+void markBricks(const SeenTriangles& triangles, GridLayout& layout) {
   const glm::uvec3 cells = layout.cells();
   layout.brick.assign(std::size_t{cells.x} * cells.y * cells.z, kNoBrick);
   const auto brickAt = [&](const glm::uvec3& c) -> std::uint32_t& {
     return layout.brick[(std::size_t{c.z} * cells.y + c.y) * cells.x + c.x];
   };
   const glm::vec3 perSpacing = 1.0f / layout.spacing;
-  for (const auto& corners : triangles) {
-    Polygon polygon;
-    Box box;
-    for (const glm::vec3& p : corners) {
-      polygon.add((p - layout.originWorld) * perSpacing);
-      box.add(polygon.corner[polygon.count - 1]);
-    }
-    // Most triangles are small: their box lies in one cell, or all its cells are marked already.
+  // Mark the cell that a box in lattice coordinates lies in. Whether nothing is left to do: it lies in one, or all its
+  // cells are marked already.
+  const auto markBox = [&](const Box& box) {
     glm::uvec3 low, high;
     for (int k = 0; k < 3; ++k) {
       low[k] = cellAlong(box.low[k], cells[k]);
@@ -158,7 +185,7 @@ void markBricks(const Triangles& triangles, GridLayout& layout) {
     }
     if (low == high) {
       brickAt(low) = 0;
-      continue;
+      return true;
     }
     bool marked = true;
     for (std::uint32_t z = low.z; z <= high.z && marked; ++z) {
@@ -166,7 +193,20 @@ void markBricks(const Triangles& triangles, GridLayout& layout) {
         for (std::uint32_t x = low.x; x <= high.x && marked; ++x) marked = brickAt({x, y, z}) == 0;
       }
     }
-    if (!marked) forEachCell(polygon, cells, 0, glm::uvec3(0), [&](const glm::uvec3& c) { brickAt(c) = 0; });
+    return marked;
+  };
+  for (const Run& run : triangles.runs()) {
+    if (markBox({(run.box.low - layout.originWorld) * perSpacing, (run.box.high - layout.originWorld) * perSpacing}))
+      continue;
+    triangles.forEachOf(run, [&](const std::array<glm::vec3, 3>& corners) {
+      Polygon polygon;
+      Box box;
+      for (const glm::vec3& p : corners) {
+        polygon.add((p - layout.originWorld) * perSpacing);
+        box.add(polygon.corner[polygon.count - 1]);
+      }
+      if (!markBox(box)) forEachCell(polygon, cells, 0, glm::uvec3(0), [&](const glm::uvec3& c) { brickAt(c) = 0; });
+    });
   }
   layout.brickCount = 0;
   for (std::uint32_t& brick : layout.brick) {
@@ -195,7 +235,7 @@ glm::uvec3 coarseResolution(const Box& box, double spacing) {
 }
 
 // Two levels, of which the finer one has its points in the middle of its cells, an odd number along each axis.
-GridLayout twoLevels(const Box& box, const Triangles& triangles, const glm::uvec3& coarse) {
+GridLayout twoLevels(const Box& box, const SeenTriangles& triangles, const glm::uvec3& coarse) {
   GridLayout layout = uniform(box, 2u * coarse - 1u);
   layout.resolution = coarse;
   layout.spacing *= 2.0f;
@@ -249,7 +289,7 @@ double countOf(const GridLayout& layout) {
 }
 
 // Find the spacing whose number of points is nearest to what is wanted, by steps in logarithms.
-GridLayout layoutByCount(const Box& box, const Triangles& triangles, double wanted, const Context& context) {
+GridLayout layoutByCount(const Box& box, const SeenTriangles& triangles, double wanted, const Context& context) {
   constexpr int kSteps = 10;
   const glm::vec3 extent = glm::max(box.high - box.low, glm::vec3(1e-4f));
   double spacing =
@@ -356,7 +396,7 @@ std::vector<std::uint32_t> brickPoints(const GridLayout& layout) {
 
 Result<GridLayout> layoutGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
                               double count, Context& context) {
-  const Triangles triangles = seenTriangles(tracer.scene(), playSpace);
+  const SeenTriangles triangles(tracer.scene(), playSpace);
   const Box box = boundsOf(tracer, playSpace, triangles);
   if (options.gridResolution != glm::uvec3(0)) {
     const glm::uvec3 resolution = glm::max(options.gridResolution, glm::uvec3(1));
