@@ -97,7 +97,7 @@ void Gatherer::lookUp(std::span<const Hit> hits, Scratch& scratch) const {
     if (!hit) continue;
     const std::uint32_t triangle = tracer_.scene().instances[hit.instance].firstTriangle + hit.triangle;
     scratch.sides[i] = 2 * triangle + (hit.back ? 1u : 0u);
-    prefetch(&map_.sides[scratch.sides[i]]);
+    prefetch(map_.sides.address(scratch.sides[i]));
   }
   for (std::size_t i = 0; i < count; ++i) {
     const Hit& hit = hits[i];

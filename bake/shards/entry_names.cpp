@@ -135,7 +135,7 @@ EntryName EntryNames::threshold(const BakePlan& plan) const {
   inputs.array(plan.tracedEmission.empty() ? bake.surfels.emission.span()
                                            : std::span<const glm::vec3>(plan.tracedEmission));
   static_assert(sizeof(SurfelMap::Side) == 8, "no padding");
-  inputs.array(std::span<const SurfelMap::Side>(plan.map.sides));
+  inputs.array(std::span<const SurfelMap::Side>(plan.map.sides.toVector()));
   inputs.array(std::span<const std::uint32_t>(plan.map.tile));
   inputs.array(bake.hierarchy.child.span());
   inputs.array(bake.hierarchy.firstWeight.span());

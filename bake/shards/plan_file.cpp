@@ -56,8 +56,8 @@ Result<std::vector<Chunk>> chunksOf(const BakePlan& plan, PlanArrays& arrays) {
   if (!bake) return bake.error();
   arrays.bake = std::move(*bake);
   arrays.side.reserve(plan.map.sides.size() * kSideWords);
-  for (const SurfelMap::Side& side : plan.map.sides) {
-    const auto words = packSide(side);
+  for (std::size_t i = 0; i < plan.map.sides.size(); ++i) {
+    const auto words = packSide(plan.map.sides[i]);
     arrays.side.insert(arrays.side.end(), words.begin(), words.end());
   }
   const TestRays& test = plan.test;
@@ -108,7 +108,7 @@ Status checkOptionsOf(BakePlan& plan) {
   return fits ? done() : Status(invalidFile("chunk bake: " + fits.error().message));
 }
 
-// Grids of tiles lie inside the array, and a tile is in one of them.
+// Grids of tiles lie inside the array, and a tile is in one of them, or is all that several sides have.
 Status checkTiles(const SurfelMap& map, std::uint32_t surfels) {
   constexpr std::uint32_t kInner = SurfelMap::kInnerAlong * SurfelMap::kInnerAlong;
   const std::size_t count = map.tile.size();
@@ -119,7 +119,7 @@ Status checkTiles(const SurfelMap& map, std::uint32_t surfels) {
     if (side.rows == 0 || side.corner > 2 || side.firstTile > count || side.tileCount() > count - side.firstTile)
       return invalidFile(element(kSide, i) + "expected tiles within the " + std::to_string(count) + " of the map");
     for (std::uint32_t t = 0; t < side.tileCount(); ++t) {
-      if (std::exchange(depth[side.firstTile + t], std::uint8_t{1}) != 0)
+      if (std::exchange(depth[side.firstTile + t], std::uint8_t{1}) != 0 && side.tileCount() > 1)
         return invalidFile(element(kSide, i) + "expected tiles of its own, found those of another side");
     }
   }
@@ -229,8 +229,10 @@ Result<BakePlan> assemblePlan(std::span<const std::byte> bytes, const std::share
   if (!bake) return Error{bake.error().code, "chunk bake: " + bake.error().message};
   plan.bake = std::move(*bake);
   plan.minKey = threshold[0];
-  plan.map.sides.reserve(side.size() / kSideWords);
-  for (std::size_t i = 0; i < side.size(); i += kSideWords) plan.map.sides.push_back(unpackSide(side[i], side[i + 1]));
+  std::vector<SurfelMap::Side> sides;
+  sides.reserve(side.size() / kSideWords);
+  for (std::size_t i = 0; i < side.size(); i += kSideWords) sides.push_back(unpackSide(side[i], side[i + 1]));
+  plan.map.sides = BlockPalette<SurfelMap::Side>(sides);
   plan.map.tile = tile.toVector();
   plan.tracedEmission = emission.toVector();
   plan.identity = identityOf(bytes);

@@ -9,6 +9,7 @@
 #include "bake/base/wide_clones.h"
 #include "bake/surfels/map_cost.h"
 #include "bake/surfels/nested_grid.h"
+#include "bake/visibility/surface_parts.h"
 
 #include <glm/geometric.hpp>
 
@@ -35,6 +36,10 @@ constexpr double kManyTiles = 16384.0;  // grids of fewer tiles are not replaced
 constexpr double kMaxCoarser =
     2.0;  // than wanted: beyond, a nested grid is used, which is fine where something is seen
 constexpr std::size_t kSidesPerChunk = 4096, kTilesPerChunk = 8192;
+// Sides that are mapped before the next ones are laid out: the map shares what they have in common, and is far smaller
+// than their tiles in a level of many instances.
+constexpr std::size_t kSidesPerPart = 1u << 20;
+static_assert(kSidesPerPart % BlockPalette<SurfelMap::Side>::kBlock == 0);
 constexpr float kRounding = 1.0f + 1e-5f;            // keeps rounding errors from cutting a search's radius short
 constexpr std::uint32_t kMaxAlong = (1u << 14) - 1;  // most tiles along an edge: SurfelMap::Side
 
@@ -207,15 +212,17 @@ SortedSurfels sortSurfels(std::span<const SurfaceSample> surfels, const std::vec
   return sorted;
 }
 
-// Give every side its grid of tiles, one grid after the other. Sides of instances that are not baked, and those without
-// area, get none.
-std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& playSpace, float spacing,
-                                         float farSpacing, Context& context) {
-  std::vector<SurfelMap::Side> sides(2 * std::size_t{scene.triangleCount()});
+// Give every side of [first, last) its grid of tiles, one grid after the other. Sides of instances that are not baked,
+// and those without area, get none.
+std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& playSpace, std::size_t first,
+                                         std::size_t last, float spacing, float farSpacing, Context& context) {
+  std::vector<SurfelMap::Side> sides(last - first);
   parallelChunks(context, "", sides.size(), kSidesPerChunk, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t s = begin; s < end; ++s) {
+    InstanceFinder instances(scene);
+    for (std::size_t s = first + begin; s < first + end; ++s) {
       const auto triangle = static_cast<std::uint32_t>(s / 2);
-      const std::uint32_t index = scene.instanceOf(triangle);
+      const std::uint32_t index = instances.of(triangle);
+      SurfelMap::Side& side = sides[s - first];
       const Instance& instance = scene.instances[index];
       const SurfacePoint point{index, triangle - instance.firstTriangle, {}};
       if (!instance.baked() || geometricNormal(scene, point) == glm::vec3(0.0f)) continue;
@@ -224,12 +231,12 @@ std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& pl
                           (seenArea > 0.0f ? kTileSpacings : kUnseenTileSpacings);
       const GridShape shape = shapeOf(scene.corners(instance, point.triangle), width, seenArea);
       if (shape.nested && !playSpace.tree.empty() && playSpace.isPartly(static_cast<std::uint32_t>(s))) {
-        sides[s].nested = 1;  // addNestedGrids() lays it out
+        side.nested = 1;  // addNestedGrids() lays it out
         continue;
       }
-      sides[s].columns = shape.columns & 0x7FFFu;
-      sides[s].rows = shape.rows & kMaxAlong;
-      sides[s].corner = shape.corner & 3u;
+      side.columns = shape.columns & 0x7FFFu;
+      side.rows = shape.rows & kMaxAlong;
+      side.corner = shape.corner & 3u;
     }
   });
   std::uint32_t tiles = 0;
@@ -266,48 +273,62 @@ void mapTiles(const Scene& scene, Search& search, std::uint32_t side, const Surf
   }
 }
 
-// Remove the tiles of sides that no surfel stands for.
-void dropEmptySides(SurfelMap& map) {
-  std::uint32_t kept = 0;
-  for (SurfelMap::Side& side : map.sides) {
-    if (side.nested) continue;
-    const auto first = map.tile.begin() + side.firstTile, last = first + side.tileCount();
-    if (std::all_of(first, last, [](std::uint32_t surfel) { return surfel == kNone; })) {
+// Append grids within grids to the map's tiles, as those of a side.
+void addNestedGrid(const Scene& scene, const PlaySpace& playSpace, const SortedSurfels& sorted, float spacing,
+                   std::uint32_t s, SurfelMap& map, SurfelMap::Side& side, Context& context) {
+  const std::uint32_t index = scene.instanceOf(s / 2);
+  const std::array<glm::vec3, 3> corner =
+      scene.corners(scene.instances[index], s / 2 - scene.instances[index].firstTriangle);
+  NestedGrid grid(playSpace, s, corner, kTileSpacings * spacing, static_cast<float>(kSeenReach) * spacing);
+  const MapPoint anyPoint = mapPoint(sampleAt(scene, index, s, glm::vec2(1.0f / 3.0f)));
+  parallelChunks(context, "", grid.leaves().size(), kTilesPerChunk, [&](std::size_t begin, std::size_t end) {
+    Search search(sorted);
+    MapPoint point = anyPoint;
+    std::uint32_t guess = kNone;
+    for (const NestedGrid::Leaf& leaf : grid.leaves().subspan(begin, end - begin)) {
+      point.positionWorld =
+          corner[0] + leaf.middle.x * (corner[1] - corner[0]) + leaf.middle.y * (corner[2] - corner[0]);
+      const std::uint32_t found = search.best(point, static_cast<float>(kSeenReach) * spacing, guess);
+      if (found == kNone) continue;
+      guess = found;
+      grid.set(leaf.tile, sorted.id[found]);
+    }
+  });
+  grid.append(map, side);
+}
+
+// Append sides and their tiles to the map, without the tiles of sides that no surfel stands for. Neighbours that have
+// one tile each share it where it is the same. first: the scene-wide number of the first side.
+void appendSides(const Scene& scene, const PlaySpace& playSpace, const SortedSurfels& sorted, float spacing,
+                 std::size_t first, std::vector<SurfelMap::Side>& sides, std::span<const std::uint32_t> tile,
+                 SurfelMap& map, Context& context) {
+  std::vector<std::uint32_t> single;  // tiles of the block that are all that a side has
+  for (std::size_t i = 0; i < sides.size() && !context.cancelled(); ++i) {
+    SurfelMap::Side& side = sides[i];
+    if (i % BlockPalette<SurfelMap::Side>::kBlock == 0) single.clear();
+    if (side.nested) {
+      addNestedGrid(scene, playSpace, sorted, spacing, static_cast<std::uint32_t>(first + i), map, side, context);
+      continue;
+    }
+    const std::span<const std::uint32_t> own = tile.subspan(side.firstTile, side.tileCount());
+    if (std::all_of(own.begin(), own.end(), [](std::uint32_t surfel) { return surfel == kNone; })) {
       side = {};
       continue;
     }
-    std::copy(first, last, map.tile.begin() + kept);
-    side.firstTile = kept;
-    kept += side.tileCount();
-  }
-  map.tile.resize(kept);
-  map.tile.shrink_to_fit();
-}
-
-void addNestedGrids(const Scene& scene, const PlaySpace& playSpace, const SortedSurfels& sorted, float spacing,
-                    SurfelMap& map, Context& context) {
-  for (std::uint32_t s = 0; s < map.sides.size() && !context.cancelled(); ++s) {
-    if (!map.sides[s].nested) continue;
-    const std::uint32_t index = scene.instanceOf(s / 2);
-    const std::array<glm::vec3, 3> corner =
-        scene.corners(scene.instances[index], s / 2 - scene.instances[index].firstTriangle);
-    NestedGrid grid(playSpace, s, corner, kTileSpacings * spacing, static_cast<float>(kSeenReach) * spacing);
-    const MapPoint anyPoint = mapPoint(sampleAt(scene, index, s, glm::vec2(1.0f / 3.0f)));
-    parallelChunks(context, "", grid.leaves().size(), kTilesPerChunk, [&](std::size_t begin, std::size_t end) {
-      Search search(sorted);
-      MapPoint point = anyPoint;
-      std::uint32_t guess = kNone;
-      for (const NestedGrid::Leaf& leaf : grid.leaves().subspan(begin, end - begin)) {
-        point.positionWorld =
-            corner[0] + leaf.middle.x * (corner[1] - corner[0]) + leaf.middle.y * (corner[2] - corner[0]);
-        const std::uint32_t found = search.best(point, static_cast<float>(kSeenReach) * spacing, guess);
-        if (found == kNone) continue;
-        guess = found;
-        grid.set(leaf.tile, sorted.id[found]);
+    side.firstTile = static_cast<std::uint32_t>(map.tile.size());
+    if (own.size() == 1) {
+      side.corner = 0;  // a grid of one tile is the same from any corner
+      const auto same =
+          std::find_if(single.rbegin(), single.rend(), [&](std::uint32_t known) { return map.tile[known] == own[0]; });
+      if (same != single.rend()) {
+        side.firstTile = *same;
+        continue;
       }
-    });
-    grid.append(map, map.sides[s]);
+      single.push_back(side.firstTile);
+    }
+    map.tile.insert(map.tile.end(), own.begin(), own.end());
   }
+  map.sides.append(sides);
 }
 
 // Either the surfels of sides that are seen from far away only, or all others. spacing [m]: of the densest packing.
@@ -333,40 +354,49 @@ Class sortClass(const PlaySpace& playSpace, std::span<const SurfaceSample> surfe
 
 }  // namespace
 
-std::size_t SurfelMap::sizeBytes() const { return sides.size() * sizeof(Side) + tile.size() * sizeof(std::uint32_t); }
+std::size_t SurfelMap::sizeBytes() const { return sides.sizeBytes() + tile.size() * sizeof(std::uint32_t); }
 
 SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::span<const SurfaceSample> surfels,
                          float spacing, Context& context) {
   const Class near = sortClass(playSpace, surfels, spacing, false, context),
               far = sortClass(playSpace, surfels, spacing, true, context);
   SurfelMap map;
-  map.sides = layOutSides(scene, playSpace, spacing, far.spacing, context);
-  if (map.sides.empty() || context.cancelled()) return {};
-  map.tile.assign(map.sides.back().firstTile + map.sides.back().tileCount(), kNone);
-  parallelChunks(context, "surfel map", map.tile.size(), kTilesPerChunk, [&](std::size_t begin, std::size_t end) {
-    Search search(near.sorted), farSearch(far.sorted);
-    // Guesses for the front and the back of sides that are not seen, that are seen, and that are far.
-    std::array<std::uint32_t, 6> guess{kNone, kNone, kNone, kNone, kNone, kNone};
-    // The side of the first tile is the last side that does not begin after it.
-    auto side = std::upper_bound(map.sides.begin(), map.sides.end(), begin,
-                                 [](std::size_t tile, const SurfelMap::Side& s) { return tile < s.firstTile; }) -
-                1;
-    for (std::size_t at = begin; at < end; ++side) {
-      const auto s = static_cast<std::uint32_t>(side - map.sides.begin());
-      const std::size_t last = std::min<std::size_t>(end, side->firstTile + side->tileCount());
-      if (last <= at) continue;
-      const bool seen = playSpace.seenArea[s] > 0.0f, isFar = playSpace.isFar(s);
-      mapTiles(scene, isFar ? farSearch : search, s, *side,
-               static_cast<float>(seen ? kSeenReach : kUnseenReach) * (isFar ? far : near).spacing,
-               static_cast<std::uint32_t>(at) - side->firstTile, static_cast<std::uint32_t>(last) - side->firstTile,
-               guess[(isFar ? 4 : 2 * seen) + s % 2], map.tile.data() + at);
-      at = last;
-    }
-  });
-  if (context.cancelled()) return {};
-  dropEmptySides(map);
-  addNestedGrids(scene, playSpace, near.sorted, spacing, map, context);
-  if (context.cancelled()) return {};
+  const std::size_t count = 2 * std::size_t{scene.triangleCount()};
+  const bool isOnePart = count <= kSidesPerPart;
+  for (std::size_t first = 0; first < count; first += kSidesPerPart) {
+    const std::size_t last = std::min(count, first + kSidesPerPart);
+    std::vector<SurfelMap::Side> sides = layOutSides(scene, playSpace, first, last, spacing, far.spacing, context);
+    if (context.cancelled()) return {};
+    std::vector<std::uint32_t> tiles(sides.back().firstTile + sides.back().tileCount(), kNone);
+    parallelChunks(
+        context, isOnePart ? "surfel map" : "", tiles.size(), kTilesPerChunk, [&](std::size_t begin, std::size_t end) {
+          Search search(near.sorted), farSearch(far.sorted);
+          // Guesses for the front and the back of sides that are not seen, that are seen, and that are far.
+          std::array<std::uint32_t, 6> guess{kNone, kNone, kNone, kNone, kNone, kNone};
+          // The side of the first tile is the last side that does not begin after it.
+          auto side = std::upper_bound(sides.begin(), sides.end(), begin,
+                                       [](std::size_t tile, const SurfelMap::Side& s) { return tile < s.firstTile; }) -
+                      1;
+          for (std::size_t at = begin; at < end; ++side) {
+            const auto s = static_cast<std::uint32_t>(first + static_cast<std::size_t>(side - sides.begin()));
+            const std::size_t lastTile = std::min<std::size_t>(end, side->firstTile + side->tileCount());
+            if (lastTile <= at) continue;
+            const bool seen = playSpace.seenArea[s] > 0.0f, isFar = playSpace.isFar(s);
+            mapTiles(scene, isFar ? farSearch : search, s, *side,
+                     static_cast<float>(seen ? kSeenReach : kUnseenReach) * (isFar ? far : near).spacing,
+                     static_cast<std::uint32_t>(at) - side->firstTile,
+                     static_cast<std::uint32_t>(lastTile) - side->firstTile, guess[(isFar ? 4 : 2 * seen) + s % 2],
+                     tiles.data() + at);
+            at = lastTile;
+          }
+        });
+    if (context.cancelled()) return {};
+    appendSides(scene, playSpace, near.sorted, spacing, first, sides, tiles, map, context);
+    if (context.cancelled()) return {};
+    if (!isOnePart) context.progress("surfel map", static_cast<double>(last) / static_cast<double>(count));
+  }
+  map.sides.shrinkToFit();
+  map.tile.shrink_to_fit();
   return map;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bake/rays/ray_tracer.h"
+#include "bake/surfels/block_palette.h"
 #include "bake/visibility/play_space.h"
 #include "relume/bake/context.h"
 #include "relume/bake/options.h"
@@ -73,7 +74,7 @@ class SurfelMap {
     }
     bool operator==(const Side&) const = default;
   };
-  std::vector<Side> sides;          // [Size 2 * triangles]
+  BlockPalette<Side> sides;         // [Size 2 * triangles] neighbours of one tile each may share it
   std::vector<std::uint32_t> tile;  // surfel of each tile, kNone, or a finer grid: isInner()
 
  private:

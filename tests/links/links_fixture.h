@@ -85,13 +85,15 @@ class TileScene {
 
   SurfelMap map() const {
     SurfelMap m;
+    std::vector<SurfelMap::Side> sides;
     for (const std::uint32_t surfel : surfelOfSide_) {
-      SurfelMap::Side& side = m.sides.emplace_back();
+      SurfelMap::Side& side = sides.emplace_back();
       if (surfel == kNone) continue;
       side.firstTile = static_cast<std::uint32_t>(m.tile.size());
       side.columns = side.rows = 1;
       m.tile.push_back(surfel);
     }
+    m.sides = BlockPalette<SurfelMap::Side>(sides);
     return m;
   }
 
