@@ -19,8 +19,12 @@ inline glm::vec3 yCoCgToRgb(const glm::vec3& c) {
   return {t + c.y, c.x + c.z, t - c.y};
 }
 
-// Relative luminance of linear sRGB (Rec. 709 primaries).
-inline float luminance(const glm::vec3& c) { return 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b; }
+// Relative luminance of linear sRGB (Rec. 709 primaries): of colours, or of as many at once as a vector has lanes.
+template <class Channel>
+Channel luminance(Channel r, Channel g, Channel b) {
+  return 0.2126f * r + 0.7152f * g + 0.0722f * b;
+}
+inline float luminance(const glm::vec3& c) { return luminance(c.r, c.g, c.b); }
 
 // IEC 61966-2-1 transfer functions. [0..1]
 inline float srgbToLinear(float v) { return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f); }

@@ -7,6 +7,7 @@
 
 #include "bake/base/parallel.h"
 #include "bake/base/wide_clones.h"
+#include "formats/color.h"
 #include "simd/vectors.h"
 
 #include <glm/common.hpp>
@@ -89,10 +90,10 @@ __attribute__((always_inline)) inline Eight join(Float4 low, Float4 high) {
   return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
 }
 
-// Sums over terms, of R, G, B, a sum for each array of shares. luminance: of each term's leaf. Lanes are terms: what a
-// leaf sends is read as it lies, and turned. A float behind the last radiance is read as well.
+// Sums over terms, of R, G, B, a sum for each array of shares. leafLuminance: of each term's leaf. Lanes are terms:
+// what a leaf sends is read as it lies, and turned. A float behind the last radiance is read as well.
 RELUME_WIDE_CLONES
-void sumTerms(const LeafRecords::Block* blocks, std::size_t count, const glm::vec3* radiance, float* luminance,
+void sumTerms(const LeafRecords::Block* blocks, std::size_t count, const glm::vec3* radiance, float* leafLuminance,
               glm::vec3* sums) {
   std::array<std::array<Eight, 3>, 5> sum{};
   for (std::size_t b = 0; b < count; ++b) {
@@ -105,8 +106,7 @@ void sumTerms(const LeafRecords::Block* blocks, std::size_t count, const glm::ve
                              high = loadLight(radiance, blocks[b].leaf.data() + i + 4);
       std::array<Eight, 3>& each = light[i / 8];
       each = {join(low.x, high.x), join(low.y, high.y), join(low.z, high.z)};
-      // luminance() of formats/color.h
-      store(luminance + kBlock * b + i, 0.2126f * each[0] + 0.7152f * each[1] + 0.0722f * each[2]);
+      store(leafLuminance + kBlock * b + i, luminance(each[0], each[1], each[2]));
     }
     alignas(64) float share[5][kBlock];
     for (std::size_t k = 0; k < 5; ++k) {

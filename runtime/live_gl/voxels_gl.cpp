@@ -25,7 +25,9 @@ Error voxelsGlError(const std::string& what) { return {ErrorCode::usage, "voxels
 Error tooMuch(const std::string& what) { return {ErrorCode::unsupported, "voxels: " + what}; }
 
 Error tooThin() {
-  return tooMuch("a triangle that is much larger than the grid is a sliver, which is too many pieces for OpenGL");
+  return tooMuch(
+      "a triangle that is much larger than the grid is a sliver, which is too many pieces for "
+      "OpenGL: cut it, or find its voxels on the CPU");
 }
 
 std::string sizeText(const glm::ivec3& size) {

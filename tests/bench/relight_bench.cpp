@@ -94,7 +94,7 @@ void registerScene(const Scene& scene, bool gl) {
     add(pass, "cpu1", one);
     add(pass, "cpu2", both);
   }
-  for (const char* pass : {"caches", "frame"}) {
+  for (const char* pass : {"surfels", "pull", "caches", "frame"}) {
     add(pass, "cpu1_baseline", baseline);
     add(pass, "cpu1_avx2", avx2);
   }

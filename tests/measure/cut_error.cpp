@@ -6,6 +6,7 @@
 #include "bake/links/links.h"
 #include "bake/links/share_links.h"
 #include "tests/links/cut_level.h"
+#include "tests/measure/or_exit.h"
 
 #include <glm/geometric.hpp>
 
@@ -197,15 +198,6 @@ void noiseTable(const CutLevel& level, std::uint32_t rays, Context& context) {
     std::fflush(stdout);
   }
   std::printf("\n");
-}
-
-template <class T>
-T orExit(Result<T> result) {
-  if (!result) {
-    std::fprintf(stderr, "%s\n", result.error().message.c_str());
-    std::exit(exitCode(result.error().code));
-  }
-  return std::move(*result);
 }
 
 // The whole stage, timed.

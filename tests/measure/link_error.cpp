@@ -10,6 +10,7 @@
 #include "relume/relighter.h"
 #include "runtime/cpu/light_caches.h"
 #include "runtime/shared/pack_color.h"
+#include "tests/measure/or_exit.h"
 
 #include <glm/geometric.hpp>
 
@@ -27,15 +28,6 @@ namespace {
 
 constexpr int kBands = 4;
 constexpr std::size_t kStride = 3 * kBands * kBands;
-
-template <class T>
-T orExit(Result<T> result) {
-  if (!result) {
-    std::fprintf(stderr, "%s\n", result.error().message.c_str());
-    std::exit(exitCode(result.error().code));
-  }
-  return std::move(*result);
-}
 
 // Radiosity of all nodes under some light.
 std::vector<std::uint32_t> lightNodes(const Bake& bake) {

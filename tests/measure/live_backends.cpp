@@ -7,6 +7,7 @@
 #include "relume/bake/scene.h"
 #include "runtime/live/live_caches.h"
 #include "runtime/live_gl/live_caches_gl.h"
+#include "tests/measure/or_exit.h"
 #include "tools/base/worker_threads.h"
 #include "tools/gl_scene/egl_context.h"
 #include "tools/render/live_view.h"
@@ -26,19 +27,6 @@
 namespace {
 
 using namespace relume;
-
-template <class T>
-T orExit(Result<T> result) {
-  if (result) return std::move(*result);
-  std::fprintf(stderr, "%s\n", result.error().message.c_str());
-  std::exit(1);
-}
-
-void orExit(const Status& status) {
-  if (status) return;
-  std::fprintf(stderr, "%s\n", status.error().message.c_str());
-  std::exit(1);
-}
 
 using Least = std::map<std::string, double>;
 

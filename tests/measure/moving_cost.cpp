@@ -5,6 +5,7 @@
 //   bench_moving_cost BAKE X,Y,Z RADIUS [FRAMES]     (one thread; metres)
 #include "relume/bake_file.h"
 #include "relume/relighter.h"
+#include "tests/measure/or_exit.h"
 #include "tests/runtime/ball.h"
 
 #include <glm/geometric.hpp>
@@ -33,13 +34,6 @@ double pass(const Relighter& relighter, std::string_view name) {
     if (each.pass == name) return each.ms;
   }
   return 0.0;
-}
-
-template <class T>
-T orExit(Result<T> result) {
-  if (result) return std::move(*result);
-  std::fprintf(stderr, "%s\n", result.error().message.c_str());
-  std::exit(1);
 }
 
 }  // namespace

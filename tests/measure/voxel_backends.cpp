@@ -8,6 +8,8 @@
 #include "runtime/live_gl/voxels_gl.h"
 #include "runtime/shared/stopwatch.h"
 #include "runtime/voxels/voxel_volume.h"
+#include "tests/measure/or_exit.h"
+#include "tests/runtime/ball.h"
 #include "tools/base/worker_threads.h"
 #include "tools/gl_scene/egl_context.h"
 #include "tools/render/voxel_scene.h"
@@ -19,52 +21,10 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <numbers>
 #include <thread>
 #include <vector>
 
-namespace {
-
 using namespace relume;
-
-template <class T>
-T orExit(Result<T> result) {
-  if (result) return std::move(*result);
-  std::fprintf(stderr, "%s\n", result.error().message.c_str());
-  std::exit(1);
-}
-
-void orExit(const Status& status) {
-  if (status) return;
-  std::fprintf(stderr, "%s\n", status.error().message.c_str());
-  std::exit(1);
-}
-
-// A ball of 2 x 50 x 50 triangles.
-struct Ball {
-  std::vector<glm::vec3> position;
-  std::vector<glm::uvec3> triangle;
-  std::vector<std::uint32_t> surface;
-
-  explicit Ball(float radius) {
-    constexpr std::uint32_t kSide = 50;
-    for (std::uint32_t r = 0; r <= kSide; ++r) {
-      for (std::uint32_t s = 0; s <= kSide; ++s) {
-        const float polar = std::numbers::pi_v<float> * static_cast<float>(r) / kSide,
-                    turn = 2.0f * std::numbers::pi_v<float> * static_cast<float>(s) / kSide;
-        position.push_back(
-            radius * glm::vec3(std::sin(polar) * std::cos(turn), std::cos(polar), std::sin(polar) * std::sin(turn)));
-        if (r == kSide || s == kSide) continue;
-        const std::uint32_t at = r * (kSide + 1) + s;
-        triangle.emplace_back(at, at + 1, at + kSide + 1);
-        triangle.emplace_back(at + 1, at + kSide + 2, at + kSide + 1);
-      }
-    }
-    surface.assign(triangle.size(), 0);
-  }
-};
-
-}  // namespace
 
 int main(int argc, char** argv) {
   if (argc < 2) {
@@ -88,8 +48,9 @@ int main(int argc, char** argv) {
   options.cells = cells;
   options.parallelFor = parallelFor;
   const VolumeGrid whole = orExit(VoxelVolume::create(found, options)).grid();
-  const Ball ball(2.5f * whole.cell());
-  meshes.push_back({ball.position, ball.triangle, ball.surface});
+  const test::Ball ball(2.5f * whole.cell(), 70);
+  const std::vector<std::uint32_t> ballSurface(ball.triangle.size(), 0);
+  meshes.push_back({ball.position, ball.triangle, ballSurface});
   for (VoxelPart& part : parts) part.moves = false;
   parts.push_back({static_cast<std::uint32_t>(meshes.size() - 1), glm::mat4x3(1.0f), true});
   const VoxelGeometry geometry{found.surfaces, meshes, parts};

@@ -38,11 +38,11 @@ CpuLight::CpuLight(const Scene& scene, const Bake& bake, RayShadows shadows, std
     : scene_(&scene),
       bake_(&bake),
       nodes_(movingNodes(scene)),
+      parts_(movingParts(scene)),
+      moved_(nodes_.size(), glm::mat4(1.0f)),
       shadows_(std::move(shadows)),
       threads_(std::move(threads)),
-      relighter_(std::move(relighter)) {
-  for (const Instance& instance : scene.instances) toWorld_.push_back(instance.toWorld);
-}
+      relighter_(std::move(relighter)) {}
 
 Result<CpuLight> CpuLight::create(const Scene& scene, const Bake& bake, const Relighter& like,
                                   const Relighter* previous, RelightOptions options) {
@@ -74,24 +74,33 @@ Result<CpuLight> CpuLight::create(const Scene& scene, const Bake& bake, const Re
   return light;
 }
 
-Status CpuLight::relight(LightSetup setup, std::span<const glm::mat4> moved, bool withParts) {
-  std::vector<glm::mat4> toWorld = toWorld_;
-  std::vector<MovingPart> parts;
+// What moves, for rays and for light over links.
+Status CpuLight::place(std::span<const glm::mat4> moved) {
+  std::vector<glm::mat4> toWorld;
+  for (const Instance& instance : scene_->instances) toWorld.push_back(instance.toWorld);
+  std::size_t part = 0;
+  std::vector<MovingPart> parts = parts_;
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     for (std::uint32_t i = 0; i < nodes_[k].instanceCount; ++i) {
-      const std::uint32_t instance = nodes_[k].firstInstance + i;
-      toWorld[instance] = moved[k] * scene_->instances[instance].toWorld;
-      parts.push_back({static_cast<std::uint32_t>(parts.size()), glm::mat4x3(toWorld[instance])});
+      glm::mat4& to = toWorld[nodes_[k].firstInstance + i];
+      to = moved[k] * to;
+      parts[part++].toWorld = glm::mat4x3(to);
     }
   }
-  if (toWorld != toWorld_) {
-    if (Status ok = shadows_.place(toWorld); !ok) return ok;
-    toWorld_ = std::move(toWorld);
+  if (Status ok = shadows_.place(toWorld); !ok) return ok;
+  parts_ = std::move(parts);
+  moved_.assign(moved.begin(), moved.end());
+  return done();
+}
+
+Status CpuLight::relight(LightSetup setup, std::span<const glm::mat4> moved, bool withParts) {
+  if (!std::ranges::equal(moved, moved_)) {
+    if (Status ok = place(moved); !ok) return ok;
   }
   setup.visibility = shadows_.visibility(setup.lights);
   if (shapes_ && withParts) {
     setup.movingShapes = &*shapes_;
-    setup.movingParts = parts;
+    setup.movingParts = parts_;
   }
   return relighter_.relight(setup);
 }

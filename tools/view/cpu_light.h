@@ -44,12 +44,14 @@ class CpuLight {
  private:
   CpuLight(const Scene& scene, const Bake& bake, RayShadows shadows, std::unique_ptr<WorkerThreads> threads,
            Relighter relighter);
+  Status place(std::span<const glm::mat4> moved);
 
   const Scene* scene_;
   const Bake* bake_;
   std::vector<MovingNode> nodes_;
   std::optional<MovingShapes> shapes_;  // of the dynamic instances, in their order
-  std::vector<glm::mat4> toWorld_;      // of all instances, as they were last placed
+  std::vector<MovingPart> parts_;       // those, where they were last placed
+  std::vector<glm::mat4> moved_;        // by these [Size nodes_]
   RayShadows shadows_;
   std::unique_ptr<WorkerThreads> threads_;
   Relighter relighter_;
