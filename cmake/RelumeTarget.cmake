@@ -122,9 +122,9 @@ endfunction()
 
 # Several files at a time, where what takes the time is headers that are larger than the files: a half of it. As with precompiled
 # headers, builds with a launcher compile each file by itself: a change compiles that file alone, and an include that is missing
-# shows.
+# shows. RELUME_FILE_BY_FILE: so does a build whose compile commands tools read, such as tests/tidy.sh.
 function(relume_compile_together target)
-  if(NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  if(NOT CMAKE_CXX_COMPILER_LAUNCHER AND NOT RELUME_FILE_BY_FILE)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
   endif()
 endfunction()

@@ -24,7 +24,7 @@ inline std::span<glm::vec3> vectors(float* v, std::size_t count) { return {reint
 ParallelFor parallelForOf(const Host& context);
 
 // The lights of a setup, in place of those that were there. usage: no lights, a kind that there is not.
-Status readLights(const relume_light_setup& setup, std::pmr::vector<Light>& lights);
+Status readLights(const relume_light_setup& read, std::pmr::vector<Light>& lights);
 // The host's shadows; empty where it has none. `setup` outlives it.
 VisibilityBatch visibilityOf(const relume_light_setup& setup);
 

@@ -261,10 +261,10 @@ OccludeLinks::Hidden OccludeLinks::lookAround(const PlacedParts& parts, const Ne
   const glm::vec3 up = glm::cross(axis, side);
   Hidden hidden;
   distance = 0.0f;
-  for (std::uint32_t i = 0; i < kFarRays; ++i) {
+  for (const auto& at : kFarDisc) {
     // Where a lattice of equal areas has its points, on the disc that the sphere is from here
-    const float radius = cone.sine * kFarDisc[i][2];
-    const glm::vec3 direction = glm::normalize(axis + radius * (kFarDisc[i][0] * side + kFarDisc[i][1] * up));
+    const float radius = cone.sine * at[2];
+    const glm::vec3 direction = glm::normalize(axis + radius * (at[0] * side + at[1] * up));
     float t = std::numeric_limits<float>::infinity();
     glm::vec3 radiosity;
     if (!meet(parts, near, direction, t, radiosity)) continue;

@@ -18,7 +18,7 @@ class GrowingBuffer {
  public:
   explicit GrowingBuffer(const Functions& gl) : gl_(&gl) {}
   // Room for so many bytes. True where there was none: what it held is gone, and all is zero.
-  bool reserve(std::size_t bytes);
+  bool reserve(std::size_t wanted);
   // [begin + data within what was reserved]
   void write(std::size_t begin, std::span<const std::byte> data);
   void clear();
@@ -47,7 +47,7 @@ class GrowingRows {
       : gl_(&gl), format_(format), width_(width) {}
   // Room for so many rows, one at least. True where there was none: what it held is gone. State must be saved, here and
   // below; unit 12 is used.
-  bool reserve(std::uint32_t rows);
+  bool reserve(std::uint32_t wanted);
   // Texels of the first rows. The last one may be in part.
   void write(std::span<const std::byte> texels);
   void bind(GLuint unit) const;
