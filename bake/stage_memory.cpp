@@ -19,8 +19,11 @@ constexpr double kTriangleBytes = 9 * 4 + 3 * 4 + 1, kTreeBytes = 130.0, kThorou
 constexpr double kInstanceBytes = 1500.0;  // an Embree geometry of its own
 // Play space, per side: its area and flags. Per voxel that was hit: in the counter, twice while it grows, and sorted.
 constexpr double kSideBytes = 4 + 1 + 1, kHitBytes = 16.0 * 4, kHitsPerVoxel = 12.0;
-// Surfels, per candidate: the sample, the point of the elimination, and its neighbours, which are listed twice.
-constexpr double kCandidateBytes = sizeof(SurfaceSample) + 32 + 28 + 24 + 8 + 2 * 4 * 40;
+// Surfels, per candidate: the sample, the point of the elimination, and what that is sorted by; per neighbour, which is
+// listed twice. A disc of the surfels' spacing holds 2 pi / sqrt(3) times as many candidates as there are to a surfel,
+// and up to a half more where candidates lie closer.
+constexpr double kCandidateBytes = sizeof(SurfaceSample) + 32 + 28 + 24 + 16 + 12, kNeighbourBytes = 2 * 4;
+constexpr double kNeighbours = 1.5 * 3.6276;            // per candidate, times candidates per surfel
 constexpr double kSampledSideBytes = 16 + 8 + 8;        // a side of the sampler and of the surfel map
 constexpr double kSurfelBytes = 8 * 48 + 8 * 16 + 400;  // sights, footprints, tiles of the map
 constexpr double kClusterBytes = 420.0;                 // a surfel, clustered
@@ -78,11 +81,13 @@ Status reserveSurfels(const Scene& scene, const SurfelOptions& options, Context&
   // Beyond 2^25, fewer candidates a surfel are drawn.
   const double candidates =
       isEliminated ? std::min(double{options.candidateFactor} * count, std::max(0x1p25, 1.5 * count)) : count;
-  return reserveMemory(
-      context, "surfels",
-      kCandidateBytes * candidates + 2.0 * kSampledSideBytes * scene.triangleCount() + kSurfelBytes * options.count,
-      number(candidates) + " candidates on " + number(scene.triangleCount()) + " triangles",
-      isEliminated ? "lower --surfels or surfels.candidateFactor" : "lower --surfels");
+  const double neighbours = isEliminated && count > 0.0 ? kNeighbours * candidates / count : 0.0;
+  // Candidates go before footprints come.
+  const double most = std::max((kCandidateBytes + kNeighbourBytes * neighbours) * candidates, kSurfelBytes * count);
+  return reserveMemory(context, "surfels",
+                       most + sizeof(SurfaceSample) * count + 2.0 * kSampledSideBytes * scene.triangleCount(),
+                       number(candidates) + " candidates on " + number(scene.triangleCount()) + " triangles",
+                       isEliminated ? "lower --surfels or surfels.candidateFactor" : "lower --surfels");
 }
 
 Status reserveHierarchy(const Surfels& surfels, const BakeOptions& options, Context& context) {

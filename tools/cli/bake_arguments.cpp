@@ -70,7 +70,10 @@ std::string describeRun(const Context& context, const BakeOptions& options, cons
   for (const StageReport& stage : context.report()) {
     nlohmann::json figures = nlohmann::json::object();
     for (const auto& [name, value] : stage.figures) figures[name] = value;
-    stages.push_back({{"stage", stage.stage}, {"seconds", stage.seconds}, {"figures", figures}});
+    stages.push_back({{"stage", stage.stage},
+                      {"seconds", stage.seconds},
+                      {"processorSeconds", stage.processorSeconds},
+                      {"figures", figures}});
   }
   const nlohmann::json report = {{"seconds", seconds},
                                  {"upToDate", upToDate},

@@ -21,7 +21,8 @@ enum class Severity { info, warning, error };
 // Seconds and named figures of one stage, in the order they were noted. For --report and `relume bench`.
 struct StageReport {
   std::string stage;
-  double seconds = 0.0;
+  double seconds = 0.0;                                 // by the clock
+  double processorSeconds = 0.0;                        // of all threads of the process, those of other work included
   std::vector<std::pair<std::string, double>> figures;  // name with unit suffix, value
 };
 
@@ -59,6 +60,7 @@ class Context {
     std::size_t entry_;
     std::size_t outer_;
     double begin_;
+    double processorsBegin_;
   };
 
  private:
