@@ -146,8 +146,9 @@ function(relume_add_test name timeout)
   file(MAKE_DIRECTORY ${temporary})
   add_test(NAME ${name} COMMAND ${ARGN})
   set_tests_properties(${name} PROPERTIES ENVIRONMENT "TMPDIR=${temporary};TEST_TMPDIR=${temporary}")
+  # What may take long starts first, so that no processor waits for the last one.
   if(timeout)
-    set_tests_properties(${name} PROPERTIES TIMEOUT ${timeout})
+    set_tests_properties(${name} PROPERTIES TIMEOUT ${timeout} COST ${timeout})
   endif()
 endfunction()
 
