@@ -35,7 +35,7 @@ struct GpuPasses::State {
 
 namespace {
 
-Status checkDevice(const GpuDevice& device) {
+Status checkLimits(const GpuDevice& device) {
   const std::pair<const char*, std::size_t> least[] = {{"storageBytes", device.storageBytes},
                                                        {"storageAlignment", device.storageAlignment},
                                                        {"imageSide", device.imageSide},
@@ -100,7 +100,7 @@ void GpuPasses::Destroy::operator()(State* state) const noexcept {
 }
 
 Result<GpuPasses> GpuPasses::create(const Bake& bake, const RelightOptions& options, const GpuDevice& device) try {
-  if (Status ok = checkDevice(device); !ok) return ok.error();
+  if (Status ok = checkLimits(device); !ok) return ok.error();
   if (!options.visibilityGlsl.empty())
     return usageError("visibilityGlsl is for the OpenGL backend; gpuSurfelGlsl() is for shadows here");
   std::pmr::memory_resource* host = memoryOr(options.memory);
@@ -130,6 +130,25 @@ Result<GpuPasses> GpuPasses::create(const Bake& bake, const RelightOptions& opti
   return GpuPasses(std::move(state));
 } catch (const std::bad_alloc& e) {
   return outOfMemory(e);
+}
+
+Status GpuPasses::checkDevice(const GpuDevice& device) const {
+  const Error other{ErrorCode::unsupported, "GpuPasses are for a device of other limits: make them with gpuDeviceOf()"};
+  if (state_->device.groups > device.groups) return other;
+  for (const GpuBindingSet& set : bindingSets()) {
+    for (const GpuBinding& each : set.bindings) {
+      if (each.kind != GpuBindingKind::storageBuffer) continue;
+      const std::size_t bytes = each.bytes != 0 ? each.bytes : buffers()[each.resource].bytes;
+      if (bytes > device.storageBytes || each.offset % device.storageAlignment != 0) return other;
+    }
+  }
+  for (const GpuImage& each : images()) {
+    const glm::uvec3 size = levelSize(each, 0);
+    if (std::max({size.x, size.y, size.z}) >
+        (each.shape == TextureShape::volume ? device.volumeSide : device.imageSide))
+      return other;
+  }
+  return done();
 }
 
 std::span<const GpuBuffer> GpuPasses::buffers() const { return state_->plan->buffers(); }

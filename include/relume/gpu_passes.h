@@ -88,11 +88,29 @@ struct GpuImage {
   std::span<const std::byte> contents = {};  // of level 0, rows without padding; empty = zeros
 };
 
+// Layers of an array of images, [1..].
+constexpr std::uint32_t layersOf(const GpuImage& image) {
+  return image.shape == TextureShape::array ? image.size.z : 1;
+}
+
+// [texel] Of a mip level; z is the depth of a volume and 1 otherwise.
+inline glm::uvec3 levelSize(const GpuImage& image, std::uint32_t level) {
+  const auto half = [level](std::uint32_t side) { return side >> level > 0 ? side >> level : 1; };
+  return {half(image.size.x), half(image.size.y), image.shape == TextureShape::volume ? half(image.size.z) : 1};
+}
+
 enum class GpuBindingKind : std::uint8_t { storageBuffer, uniformBuffer, sampledImage, storageImage };
 
 // How a sampled image is read: clamped to its edges, or between mip levels and beyond the edges as named.
 enum class GpuSampler : std::uint8_t { linear, nearest, mipRepeat, mipClampU, mipClampV, mipClamp };
 inline constexpr std::size_t kGpuSamplers = 6;
+constexpr bool readsMips(GpuSampler sampler) { return sampler >= GpuSampler::mipRepeat; }
+constexpr bool clampsU(GpuSampler sampler) {
+  return sampler != GpuSampler::mipRepeat && sampler != GpuSampler::mipClampV;
+}
+constexpr bool clampsV(GpuSampler sampler) {
+  return sampler != GpuSampler::mipRepeat && sampler != GpuSampler::mipClampU;
+}
 
 struct GpuBinding {
   std::uint32_t binding = 0;
@@ -110,6 +128,9 @@ struct GpuConstant {
 
 // Push constants of a program, at most. Every Vulkan device has 128.
 inline constexpr std::size_t kGpuParameterBytes = 96;
+
+// Storage buffers of a program, at most: maxPerStageDescriptorStorageBuffers.
+inline constexpr std::uint32_t kGpuStorageBuffers = 8;
 
 // A compute shader; its entry point is main.
 struct GpuProgram {
@@ -157,6 +178,10 @@ class GpuPasses {
   GpuPasses(GpuPasses&&) noexcept;
   GpuPasses& operator=(GpuPasses&&) noexcept;
   ~GpuPasses();
+
+  // Whether a device can run them, which create() may have been told less or more of. unsupported: it binds less memory
+  // or at coarser offsets, or has smaller images or fewer groups.
+  [[nodiscard]] Status checkDevice(const GpuDevice& device) const;
 
   // What to make once. Contents are valid until forgetContents().
   [[nodiscard]] std::span<const GpuBuffer> buffers() const;

@@ -2,9 +2,7 @@
 // See device.h.
 #include "device.h"
 
-#include <vulkan/vulkan.h>
-
-#include <vector>
+#include <string>
 
 relume::Status Device::open() {
   VkApplicationInfo application{};
@@ -35,8 +33,8 @@ relume::Status Device::open() {
       device.pQueueCreateInfos = &queue;
       if (vkCreateDevice(each, &device, nullptr, &handles_.device) != VK_SUCCESS) continue;
       handles_.physicalDevice = each;
-      handles_.queueFamily = f;
-      vkGetDeviceQueue(handles_.device, f, 0, &handles_.queue);
+      queueFamily_ = f;
+      vkGetDeviceQueue(handles_.device, f, 0, &queue_);
       return relume::done();
     }
   }
@@ -46,4 +44,11 @@ relume::Status Device::open() {
 Device::~Device() {
   if (handles_.device) vkDestroyDevice(handles_.device, nullptr);
   if (handles_.instance) vkDestroyInstance(handles_.instance, nullptr);
+}
+
+void need(VkResult result, const char* call) {
+  if (result == VK_SUCCESS) return;
+  const bool memory = result == VK_ERROR_OUT_OF_DEVICE_MEMORY || result == VK_ERROR_OUT_OF_HOST_MEMORY;
+  throw relume::Error{memory ? relume::ErrorCode::memory : relume::ErrorCode::failed,
+                      std::string(call) + " returned VkResult " + std::to_string(static_cast<int>(result))};
 }

@@ -37,17 +37,14 @@ int light(const std::string& glb, const std::string& relume, const char* picture
   Device device;
   if (relume::Status opened = device.open(); !opened) return fail(opened.error());
 
-  // 2. Relume's passes as data, and what runs them
+  // 2. Relume's passes as data
   relume::GpuDevice limits = relume::gpuDeviceOf(device.handles());
   limits.hasSurfelShader = true;
   relume::Result<relume::GpuPasses> passes = relume::GpuPasses::create(*bake, lightOptions(), limits);
   if (!passes) return fail(passes.error());
-  auto executor = relume::VulkanExecutor::create(device.handles(), *passes);
-  if (!executor) return fail(executor.error());
-  passes->forgetContents();
 
-  // 3. The game's loop, and a picture of its last frame
-  Renderer renderer(device.handles(), *level, *passes, **executor);
+  // 3. What runs them, the game's loop, and a picture of its last frame
+  Renderer renderer(device, *level, *passes);
   for (int frame = 0; frame < frames; ++frame) {
     if (relume::Status lit = renderer.relight(*level); !lit) return fail(lit.error());
   }
@@ -67,6 +64,6 @@ int main(int argc, char** argv) try {
     return 1;
   }
   return light(argv[1], argv[2], argv[3], frames, show == "indirect");
-} catch (const relume::VulkanFailure& failure) {
-  return fail({failure.code, failure.what});
+} catch (const relume::Error& error) {
+  return fail(error);
 }

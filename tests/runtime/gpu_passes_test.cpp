@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <set>
 #include <string>
@@ -49,8 +50,11 @@ TEST(GpuPasses, bindingsStayInsideTheirResourcesAndTheDevicesLimits) {
       const Result<GpuPasses> made = GpuPasses::create(bake, everything(), device);
       ASSERT_TRUE(made) << made.error().message;
       std::size_t batches = 0;
+      EXPECT_TRUE(made->checkDevice(device));
       for (const GpuBindingSet& set : made->bindingSets()) {
         std::set<std::uint32_t> numbers;
+        const auto isStorage = [](const GpuBinding& b) { return b.kind == GpuBindingKind::storageBuffer; };
+        EXPECT_LE(std::count_if(set.bindings.begin(), set.bindings.end(), isStorage), kGpuStorageBuffers);
         ASSERT_LT(set.program, made->programs().size());
         for (const GpuBinding& each : set.bindings) {
           EXPECT_TRUE(numbers.insert(each.binding).second) << each.binding;
@@ -162,6 +166,25 @@ TEST(GpuPasses, whatCannotBeIsRefused) {
   Bake damaged = bake;
   damaged.links.rowBegin = std::vector<std::uint32_t>(damaged.links.rowBegin.size(), 7u);
   EXPECT_TRUE(has(messageOf(GpuPasses::create(damaged, {}, device), ErrorCode::invalidFile), "bake cannot be lit"));
+}
+
+TEST(GpuPasses, devicesThatTakeLessThanTheyWereMadeForAreRefused) {
+  const Bake bake = bakeOf(LinkKind::cone);
+  GpuDevice roomy;
+  roomy.storageAlignment = 16;
+  const Result<GpuPasses> made = GpuPasses::create(bake, everything(), roomy);
+  ASSERT_TRUE(made) << made.error().message;
+  const auto refusal = [&](const auto& change) {
+    GpuDevice changed = roomy;
+    change(changed);
+    const Status fits = made->checkDevice(changed);
+    return fits ? std::string() : fits.error().message;
+  };
+  EXPECT_EQ(refusal([](GpuDevice& d) { d.storageBytes *= 2; }), "");
+  EXPECT_TRUE(has(refusal([](GpuDevice& d) { d.storageBytes = 4096; }), "of other limits"));
+  EXPECT_TRUE(has(refusal([](GpuDevice& d) { d.imageSide = 4; }), "of other limits"));
+  EXPECT_TRUE(has(refusal([](GpuDevice& d) { d.volumeSide = 2; }), "of other limits"));
+  EXPECT_TRUE(has(refusal([](GpuDevice& d) { d.groups = 2; }), "of other limits"));
 }
 
 TEST(GpuPasses, framesThatCannotBeAreRefusedAndChangeNothing) {

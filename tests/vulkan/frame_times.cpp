@@ -54,7 +54,8 @@ int measure(const Bake& bake, int frames) {
   if (!host) return fail(why);
   Result<GpuPasses> passes = GpuPasses::create(bake, options, gpuDeviceOf(host->device()));
   if (!passes) return fail(passes.error().message);
-  auto executor = VulkanExecutor::create(host->device(), *passes);
+  Result<std::unique_ptr<VulkanExecutor>> executor = Error{};
+  host->run([&](VkCommandBuffer commands) { executor = VulkanExecutor::create(host->device(), *passes, commands); });
   if (!executor) return fail(executor.error().message);
   passes->forgetContents();
 

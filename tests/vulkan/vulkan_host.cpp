@@ -57,7 +57,7 @@ RELUME_COUNT_MADE(CreateComputePipelines)
   }
 RELUME_DESTROYED(RELUME_COUNT_DESTROYED)
 
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL deviceFunction(VkDevice device, const char* name) {
+VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instanceFunction(VkInstance instance, const char* name) {
 #define RELUME_RETURN(function)                            \
   if (std::strcmp(name, "vk" #function) == 0) {            \
     const PFN_vk##function counting = count##function;     \
@@ -66,11 +66,6 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL deviceFunction(VkDevice device, const c
   RELUME_MADE(RELUME_RETURN)
   RELUME_RETURN(CreateComputePipelines)
   RELUME_DESTROYED(RELUME_RETURN)
-  return vkGetDeviceProcAddr(device, name);
-}
-
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instanceFunction(VkInstance instance, const char* name) {
-  if (std::strcmp(name, "vkGetDeviceProcAddr") == 0) return reinterpret_cast<PFN_vkVoidFunction>(deviceFunction);
   return vkGetInstanceProcAddr(instance, name);
 }
 
@@ -107,6 +102,68 @@ VKAPI_ATTR VkBool32 VKAPI_CALL complain(VkDebugUtilsMessageSeverityFlagBitsEXT, 
 void need(VkResult result, const char* what) {
   if (result != VK_SUCCESS) ADD_FAILURE() << what << " returned " << result;
 }
+
+// Objects of a test's own, which are not counted and die with this, the last ones first.
+class Objects {
+ public:
+  explicit Objects(const VulkanDevice& vulkan) : vulkan_(vulkan) {}
+  Objects(const Objects&) = delete;
+  Objects& operator=(const Objects&) = delete;
+  ~Objects() {
+    for (; !ends_.empty(); ends_.pop_back()) ends_.back()();
+  }
+
+  template <class Create, class Destroy, class Info, class Handle>
+  void make(Create create, Destroy destroy, const Info& info, Handle& handle) {
+    need(create(vulkan_.device, &info, nullptr, &handle), "a function that makes an object");
+    ends_.push_back([this, destroy, handle] { destroy(vulkan_.device, handle, nullptr); });
+  }
+  // Bytes of a storage buffer that the processor sees.
+  std::byte* makeBuffer(std::size_t bytes, VkBuffer& buffer) {
+    VkBufferCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+    info.size = bytes;
+    info.usage =
+        VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+    make(vkCreateBuffer, vkDestroyBuffer, info, buffer);
+    VkMemoryRequirements needs{};
+    vkGetBufferMemoryRequirements(vulkan_.device, buffer, &needs);
+    VkPhysicalDeviceMemoryProperties memories{};
+    vkGetPhysicalDeviceMemoryProperties(vulkan_.physicalDevice, &memories);
+    const VkMemoryPropertyFlags kind = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+    VkMemoryAllocateInfo taken{VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, nullptr, needs.size, 0};
+    while ((memories.memoryTypes[taken.memoryTypeIndex].propertyFlags & kind) != kind ||
+           (needs.memoryTypeBits >> taken.memoryTypeIndex & 1u) == 0)
+      ++taken.memoryTypeIndex;
+    VkDeviceMemory memory = VK_NULL_HANDLE;
+    make(vkAllocateMemory, vkFreeMemory, taken, memory);
+    need(vkBindBufferMemory(vulkan_.device, buffer, memory, 0), "vkBindBufferMemory");
+    void* mapped = nullptr;
+    need(vkMapMemory(vulkan_.device, memory, 0, VK_WHOLE_SIZE, 0, &mapped), "vkMapMemory");
+    return static_cast<std::byte*>(mapped);
+  }
+  VkPipeline makePipeline(std::span<const std::uint32_t> spirv, VkPipelineLayout layout) {
+    const VkShaderModuleCreateInfo code{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, nullptr, 0, spirv.size_bytes(),
+                                        spirv.data()};
+    VkComputePipelineCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
+    info.layout = layout;
+    info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
+    info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
+    info.stage.pName = "main";
+    make(vkCreateShaderModule, vkDestroyShaderModule, code, info.stage.module);
+    VkPipeline pipeline = VK_NULL_HANDLE;
+    const auto create = [](VkDevice device, const auto* one, auto memory, VkPipeline* made) {
+      return vkCreateComputePipelines(device, VK_NULL_HANDLE, 1, one, memory, made);
+    };
+    make(create, vkDestroyPipeline, info, pipeline);
+    return pipeline;
+  }
+
+ private:
+  const VulkanDevice vulkan_;
+  std::vector<std::function<void()>> ends_;
+};
 
 }  // namespace
 
@@ -178,8 +235,8 @@ std::unique_ptr<VulkanHost> VulkanHost::open(std::string& why, bool validates) {
       info.pEnabledFeatures = &wanted;
       VkDevice device = VK_NULL_HANDLE;
       if (vkCreateDevice(each, &info, nullptr, &device) != VK_SUCCESS) continue;
-      host->device_ = {instanceFunction, host->instance_, each, device, VK_NULL_HANDLE, f};
-      vkGetDeviceQueue(device, f, 0, &host->device_.queue);
+      host->device_ = {instanceFunction, host->instance_, each, device};
+      vkGetDeviceQueue(device, f, 0, &host->queue_);
       host->name_ = properties.deviceName;
       const VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO, nullptr, 0, f};
       need(vkCreateCommandPool(device, &pool, nullptr, &host->pool_), "vkCreateCommandPool");
@@ -214,23 +271,19 @@ void VulkanHost::run(const std::function<void(VkCommandBuffer)>& record) {
   submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
   submit.commandBufferCount = 1;
   submit.pCommandBuffers = &commands;
-  need(vkQueueSubmit(device_.queue, 1, &submit, VK_NULL_HANDLE), "vkQueueSubmit");
-  need(vkQueueWaitIdle(device_.queue), "vkQueueWaitIdle");
+  need(vkQueueSubmit(queue_, 1, &submit, VK_NULL_HANDLE), "vkQueueSubmit");
+  need(vkQueueWaitIdle(queue_), "vkQueueWaitIdle");
   vkFreeCommandBuffers(device_.device, pool_, 1, &commands);
 }
 
 std::vector<std::byte> VulkanHost::read(VkBuffer buffer, std::size_t bytes) {
-  VulkanObjects objects(device_);
+  Objects objects(device_);
   VkBuffer to = VK_NULL_HANDLE;
-  const VkDeviceMemory memory =
-      objects.makeBuffer(bytes, 0, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT, to);
+  const std::byte* begin = objects.makeBuffer(bytes, to);
   run([&](VkCommandBuffer commands) {
     const VkBufferCopy copy{0, 0, bytes};
     vkCmdCopyBuffer(commands, buffer, to, 1, &copy);
   });
-  void* mapped = nullptr;
-  need(vkMapMemory(device_.device, memory, 0, VK_WHOLE_SIZE, 0, &mapped), "vkMapMemory");
-  const auto* begin = static_cast<const std::byte*>(mapped);
   return {begin, begin + bytes};
 }
 
@@ -245,16 +298,12 @@ std::vector<float> VulkanHost::compute(const std::string& text, const std::strin
                      "void main() { uint i = gl_GlobalInvocationID.x; if (i >= " +
                      std::to_string(threads) + "u) return; " + body + "}\n");
   if (spirv.empty()) return {};
-  VulkanObjects vk(device_);
-  const VkMemoryPropertyFlags kind = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+  Objects objects(device_);
   std::array<VkBuffer, 2> buffers{};
   const std::size_t inBytes = std::max<std::size_t>(in.size() * sizeof(float), 16),
                     outBytes = outFloats * sizeof(float);
-  const VkDeviceMemory inMemory = vk.makeBuffer(inBytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, kind, buffers[0]);
-  vk.makeBuffer(outBytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, kind, buffers[1]);
-  void* mapped = nullptr;
-  need(vkMapMemory(device_.device, inMemory, 0, VK_WHOLE_SIZE, 0, &mapped), "vkMapMemory");
-  std::memcpy(mapped, in.data(), in.size() * sizeof(float));
+  std::memcpy(objects.makeBuffer(inBytes, buffers[0]), in.data(), in.size() * sizeof(float));
+  objects.makeBuffer(outBytes, buffers[1]);
 
   std::array<VkDescriptorSetLayoutBinding, 2> bindings{};
   for (std::uint32_t i = 0; i < 2; ++i)
@@ -262,16 +311,16 @@ std::vector<float> VulkanHost::compute(const std::string& text, const std::strin
   const VkDescriptorSetLayoutCreateInfo own{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, nullptr, 0, 2,
                                             bindings.data()};
   std::array<VkDescriptorSetLayout, 2> layouts{layout, VK_NULL_HANDLE};
-  vk.make(vk.CreateDescriptorSetLayout, vk.DestroyDescriptorSetLayout, own, layouts[1], "vkCreateDescriptorSetLayout");
+  objects.make(vkCreateDescriptorSetLayout, vkDestroyDescriptorSetLayout, own, layouts[1]);
   const VkPipelineLayoutCreateInfo both{
       VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO, nullptr, 0, 2, layouts.data(), 0, nullptr};
   VkPipelineLayout pipelineLayout = VK_NULL_HANDLE;
-  vk.make(vk.CreatePipelineLayout, vk.DestroyPipelineLayout, both, pipelineLayout, "vkCreatePipelineLayout");
-  const VkPipeline pipeline = vk.makeComputePipeline(spirv, pipelineLayout, nullptr);
+  objects.make(vkCreatePipelineLayout, vkDestroyPipelineLayout, both, pipelineLayout);
+  const VkPipeline pipeline = objects.makePipeline(spirv, pipelineLayout);
   const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 2};
   const VkDescriptorPoolCreateInfo poolInfo{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO, nullptr, 0, 1, 1, &size};
   VkDescriptorPool pool = VK_NULL_HANDLE;
-  vk.make(vk.CreateDescriptorPool, vk.DestroyDescriptorPool, poolInfo, pool, "vkCreateDescriptorPool");
+  objects.make(vkCreateDescriptorPool, vkDestroyDescriptorPool, poolInfo, pool);
   const VkDescriptorSetAllocateInfo one{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO, nullptr, pool, 1, &layouts[1]};
   std::array<VkDescriptorSet, 2> sets{set, VK_NULL_HANDLE};
   need(vkAllocateDescriptorSets(device_.device, &one, &sets[1]), "vkAllocateDescriptorSets");

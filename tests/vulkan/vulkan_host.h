@@ -4,7 +4,7 @@
 // compiled and run over floats.
 #pragma once
 
-#include "relume/vulkan_objects.h"
+#include "relume/vulkan_executor.h"
 
 #include <functional>
 #include <memory>
@@ -49,6 +49,7 @@ class VulkanHost {
   VkInstance instance_ = VK_NULL_HANDLE;
   VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
   VkCommandPool pool_ = VK_NULL_HANDLE;
+  VkQueue queue_ = VK_NULL_HANDLE;
   VulkanDevice device_;
   std::string name_;
   std::vector<std::string> complaints_;

@@ -23,6 +23,14 @@ namespace {
 
 using test::VulkanHost;
 
+// An executor whose contents are on the device.
+Result<std::unique_ptr<VulkanExecutor>> makeExecutor(VulkanHost& host, const VulkanDevice& device,
+                                                     const GpuPasses& passes) {
+  Result<std::unique_ptr<VulkanExecutor>> made = Error{};
+  host.run([&](VkCommandBuffer commands) { made = VulkanExecutor::create(device, passes, commands); });
+  return made;
+}
+
 class Vulkan : public testing::Test {
  protected:
   void SetUp() override {
@@ -45,7 +53,7 @@ class Vulkan : public testing::Test {
 struct Level {
   Level(VulkanHost& host, const Bake& bake, const RelightOptions& options, GpuDevice device)
       : host_(host), passes(make(bake, options, device)) {
-    auto created = VulkanExecutor::create(host.device(), passes);
+    auto created = makeExecutor(host, host.device(), passes);
     if (!created) throw std::runtime_error(created.error().message);
     executor = std::move(*created);
     passes.forgetContents();
@@ -295,12 +303,15 @@ TEST_F(VulkanAndGl, lightOfEachSurfelByTheHostAndByItsShader) {
 // The other tests fail for what the layer says: it does say something.
 TEST_F(Vulkan, theValidationLayerListens) {
   if (!host_->isValidated()) GTEST_SKIP() << "no validation layer is installed: nothing looks at the executor's calls";
-  VulkanObjects objects(host_->device());
   VkBufferCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
   info.usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
   VkBuffer buffer = VK_NULL_HANDLE;
-  objects.make(objects.CreateBuffer, objects.DestroyBuffer, info, buffer, "vkCreateBuffer");
+  const VulkanDevice& vulkan = host_->device();
+  const auto create = vulkan.getInstanceProcAddr(vulkan.instance, "vkCreateBuffer"),
+             destroy = vulkan.getInstanceProcAddr(vulkan.instance, "vkDestroyBuffer");
+  ASSERT_EQ(reinterpret_cast<PFN_vkCreateBuffer>(create)(vulkan.device, &info, nullptr, &buffer), VK_SUCCESS);
+  reinterpret_cast<PFN_vkDestroyBuffer>(destroy)(vulkan.device, buffer, nullptr);
   EXPECT_FALSE(host_->complaints().empty()) << "a buffer of no bytes";
   host_->forgetComplaints();
 }
@@ -344,12 +355,12 @@ TEST_F(Vulkan, anyObjectMayBeRefused) {
   options.drivenImages = {{"screen", 8, 8}};
   const GpuPasses passes = Level::make(bake, options, gpuDeviceOf(host_->device()));
   const int before = VulkanHost::objectsMade();
-  ASSERT_TRUE(VulkanExecutor::create(host_->device(), passes));
+  ASSERT_TRUE(makeExecutor(*host_, host_->device(), passes));
   const int count = VulkanHost::objectsMade() - before;
   EXPECT_GT(count, 60);
   for (int n = 0; n < count; ++n) {
     VulkanHost::failAt(n);
-    const auto refused = VulkanExecutor::create(host_->device(), passes);
+    const auto refused = makeExecutor(*host_, host_->device(), passes);
     VulkanHost::failAt(-1);
     ASSERT_FALSE(refused) << n;
     EXPECT_EQ(refused.error().code, ErrorCode::memory);
@@ -363,7 +374,7 @@ TEST_F(Vulkan, devicesThatLackSomethingAreRefused) {
   const GpuPasses passes = Level::make(bake, {}, gpuDeviceOf(host_->device()));
   VulkanDevice none;
   const auto refused = [&](const VulkanDevice& device, const GpuPasses& of, ErrorCode code, const char* words) {
-    const auto made = VulkanExecutor::create(device, of);
+    const auto made = makeExecutor(*host_, device, of);
     ASSERT_FALSE(made) << words;
     EXPECT_EQ(made.error().code, code) << made.error().message;
     EXPECT_NE(made.error().message.find(words), std::string::npos) << made.error().message;
@@ -371,7 +382,7 @@ TEST_F(Vulkan, devicesThatLackSomethingAreRefused) {
   refused(none, passes, ErrorCode::usage, "null");
   VulkanDevice half = host_->device();
   half.getInstanceProcAddr = [](VkInstance, const char*) -> PFN_vkVoidFunction { return nullptr; };
-  refused(half, passes, ErrorCode::unsupported, "vkGetDeviceProcAddr");
+  refused(half, passes, ErrorCode::unsupported, "getInstanceProcAddr");
   RelightOptions bands;
   bands.lumaBands = bands.chromaBands = 6;
   const GpuPasses wide = Level::make(test::makeSyntheticBake({.surfels = 700}), bands, gpuDeviceOf(host_->device()));

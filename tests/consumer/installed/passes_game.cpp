@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
   const relume::Result<relume::GpuFrame> frame = passes->frame({});
   if (!frame) return std::fprintf(stderr, "%s\n", frame.error().message.c_str()), 4;
 #ifdef HAS_VULKAN
-  const auto refused = relume::VulkanExecutor::create({}, *passes);
+  const auto refused = relume::VulkanExecutor::create({}, *passes, VK_NULL_HANDLE);
   if (refused || refused.error().code != relume::ErrorCode::usage) return 5;
 #endif
   const relume::Result<std::string> surfels = relume::gpuSurfelGlsl();
