@@ -227,6 +227,16 @@ std::vector<Case> cases() {
   return all;
 }
 
+// Of the differences, relative to that of the first.
+double rootMeanSquare(const std::vector<float>& a, const std::vector<float>& b) {
+  double all = 0.0, apart = 0.0;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    all += static_cast<double>(a[i]) * a[i];
+    apart += (static_cast<double>(a[i]) - b[i]) * (static_cast<double>(a[i]) - b[i]);
+  }
+  return a.size() == b.size() ? std::sqrt(apart / all) : 1.0;
+}
+
 // The light of each look-up by textures from either backend, against that by buffers.
 TEST_F(GlTextures, areReadLikeBuffers) {
   for (const Case& each : cases()) {
@@ -244,9 +254,12 @@ TEST_F(GlTextures, areReadLikeBuffers) {
       SCOPED_TRACE(lookup);
       const std::vector<float> expected = byBuffers(*gl, lookup, in);
       ASSERT_GT(*std::max_element(expected.begin(), expected.end()), 0.0f);
-      EXPECT_LT(test::difference(expected, fromGl.draw(lookup, in)), 1e-3);
-      // OpenGL sums light in another order, and its caches are halves, whose last bit shows in narrow lobes.
-      EXPECT_LT(test::difference(expected, fromCpu.draw(lookup, in)), 1e-2);
+      EXPECT_LT(test::difference(expected, fromGl.draw(lookup, in)), 1e-5);
+      // Both backends' light is rounded to halves here, of sums that were rounded otherwise before: the last bit of
+      // some coefficients is another one. It shows in narrow lobes and where coefficients cancel.
+      const std::vector<float> ofCpu = fromCpu.draw(lookup, in);
+      EXPECT_LT(rootMeanSquare(expected, ofCpu), 1e-3);
+      EXPECT_LT(test::difference(expected, ofCpu), 1e-2);
     }
   }
 }
