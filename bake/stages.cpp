@@ -125,14 +125,19 @@ Status placeReceivers(PlacedLevel& placed, Context& context) {
 
 Result<Bake> handOver(const Scene& scene, const BakeOptions& options, PlacedLevel placed, Links links,
                       const std::string& rayTracer, Context& context) {
-  PlacedSurfels& s = placed.surfels;
-  if (!s.bakedEmission.empty()) s.surfels.emission = std::move(s.bakedEmission);
+  Surfels surfels = std::move(placed.surfels.surfels);
+  if (!placed.surfels.bakedEmission.empty()) surfels.emission = std::move(placed.surfels.bakedEmission);
+  Emitters emitters = std::move(placed.surfels.emitters);
+  Hierarchy hierarchy = std::move(placed.hierarchy);
+  PlacedCaches caches = std::move(placed.caches);
+  // Rays and maps go first: the corners of the light map need the memory.
+  { const PlacedLevel rest = std::move(placed); }
   Result<Bake> bake = runStage(context, "provenance", [&]() -> Result<Bake> {
     std::vector<BakedInstance> instances = describeInstances(scene);
     Provenance provenance = describeProvenance(scene, instances, options, rayTracer);
-    return Bake{std::move(s.surfels),  std::move(placed.hierarchy), std::move(placed.caches),
-                std::move(links),      std::move(instances),        std::move(provenance),
-                describeShapes(scene), std::move(s.emitters),       Certificate{}};
+    return Bake{std::move(surfels),    std::move(hierarchy), unpack(std::move(caches)),
+                std::move(links),      std::move(instances), std::move(provenance),
+                describeShapes(scene), std::move(emitters),  Certificate{}};
   });
   if (context.cancelled()) return cancelledError();
   return bake;

@@ -3,6 +3,7 @@
 // in common. bake.cpp reads as their list.
 #pragma once
 
+#include "bake/caches/caches.h"
 #include "bake/certificate/test_rays.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surfels.h"
@@ -47,7 +48,7 @@ struct PlacedLevel {
   RayTracer tracer;
   PlacedSurfels surfels;
   Hierarchy hierarchy;
-  Caches caches;
+  PlacedCaches caches;
   TestRays test;
 };
 
@@ -64,7 +65,7 @@ Result<RayTracer> buildRays(const Scene& scene, const BakeOptions& options, Cont
 struct PlaceStages {
   // The surfaces that receivers can see; the caches.
   std::function<Result<PlaySpace>(const RayTracer&, Context&)> findSpace;
-  std::function<Result<Caches>(const RayTracer&, const PlaySpace&, Context&)> placeCaches;
+  std::function<Result<PlacedCaches>(const RayTracer&, const PlaySpace&, Context&)> placeCaches;
 };
 // They are made here.
 PlaceStages placeStages(const BakeOptions& options);

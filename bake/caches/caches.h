@@ -2,6 +2,7 @@
 // Places the caches: the grid and the light map (PIC 4.4).
 #pragma once
 
+#include "bake/caches/map_corners.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surfels.h"
 #include "bake/visibility/play_space.h"
@@ -23,12 +24,19 @@ struct Chart {
 // degenerate ones, which are in none. `scale` carries the instance's typical size [m per object unit].
 std::vector<Chart> unwrapMesh(const Mesh& mesh, float scale, Context& context);
 
+// Caches whose light map has no corners yet: they are beside it, packed.
+struct PlacedCaches : Caches {
+  MapCorners corners;
+};
+// What a bake has of them.
+Caches unpack(PlacedCaches placed);
+
 // Grid, then light map; unique and valid caches only. failed: neither a grid nor a light map has a valid cache.
-Result<Caches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
-                           std::uint64_t seed, Context& context);
+Result<PlacedCaches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
+                                 std::uint64_t seed, Context& context);
 
 // Where each surfel reads its own irradiance (Surfels::receiver): a point of the light map, or the grid.
-std::vector<std::uint32_t> findReceivers(const RayTracer& tracer, const Caches& caches,
+std::vector<std::uint32_t> findReceivers(const RayTracer& tracer, const PlacedCaches& caches,
                                          std::span<const SurfelSeed> seeds, Context& context);
 
 }  // namespace relume

@@ -44,7 +44,7 @@ bool fits(const Caches& caches, const Scene& scene) {
 
 }  // namespace
 
-void writeCaches(const Caches& caches, ByteWriter& to) {
+void writeCaches(const PlacedCaches& caches, ByteWriter& to) {
   to.array(caches.positionWorld.span());
   to.array(caches.normal.span());
   const CacheGrid& grid = caches.grid;
@@ -58,12 +58,12 @@ void writeCaches(const Caches& caches, ByteWriter& to) {
   to.array(map.cache.span());
   static_assert(sizeof(LightmapPart) == 24, "no padding");
   to.array(map.parts.span());
-  to.array(map.cornerUv.span());
-  to.array(map.backCornerUv.span());
+  to.array(unpackCorners(caches.corners.front).span());
+  to.array(unpackCorners(caches.corners.back).span());
 }
 
-std::optional<Caches> readCaches(ByteReader& from, const Scene& scene) {
-  Caches caches;
+std::optional<PlacedCaches> readCaches(ByteReader& from, const Scene& scene) {
+  PlacedCaches caches;
   take(from, caches.positionWorld);
   take(from, caches.normal);
   CacheGrid& grid = caches.grid;
@@ -79,6 +79,8 @@ std::optional<Caches> readCaches(ByteReader& from, const Scene& scene) {
   take(from, map.cornerUv);
   take(from, map.backCornerUv);
   if (!from.isAll() || !fits(caches, scene)) return std::nullopt;
+  caches.corners = {packCorners(map.cornerUv), packCorners(map.backCornerUv)};
+  map.cornerUv = map.backCornerUv = {};
   return caches;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bake/base/byte_stream.h"
+#include "bake/caches/caches.h"
 #include "relume/bake/scene.h"
 #include "relume/caches.h"
 
@@ -10,9 +11,9 @@
 
 namespace relume {
 
-void writeCaches(const Caches& caches, ByteWriter& to);
+void writeCaches(const PlacedCaches& caches, ByteWriter& to);
 // Nothing where the bytes are none of this scene's caches. What tracing links needs is checked here, the rest of the
 // finished bake (validateBake()).
-std::optional<Caches> readCaches(ByteReader& from, const Scene& scene);
+std::optional<PlacedCaches> readCaches(ByteReader& from, const Scene& scene);
 
 }  // namespace relume

@@ -32,8 +32,14 @@ void warnWithoutGrid(const Scene& scene, Context& context) {
 
 }  // namespace
 
-Result<Caches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
-                           std::uint64_t /*seed: nothing here is random*/, Context& context) {
+Caches unpack(PlacedCaches placed) {
+  placed.lightmap.cornerUv = unpackCorners(std::move(placed.corners.front));
+  placed.lightmap.backCornerUv = unpackCorners(std::move(placed.corners.back));
+  return std::move(static_cast<Caches&>(placed));
+}
+
+Result<PlacedCaches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
+                                 std::uint64_t /*seed: nothing here is random*/, Context& context) {
   // 1. The grid
   Result<PlacedGrid> placedGrid = placeGrid(tracer, playSpace, options, context);
   if (context.cancelled()) return cancelledError();
@@ -60,7 +66,7 @@ Result<Caches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, 
                  "play space"};
 
   // 3. One list of unique caches
-  Caches caches;
+  PlacedCaches caches;
   const auto base = static_cast<std::uint32_t>(grid.position.size());
   std::vector<glm::vec3> position = std::move(grid.position), normal(base, glm::vec3(0.0f));
   for (const SurfaceCache& c : lightmap.caches) {
@@ -76,6 +82,7 @@ Result<Caches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, 
   caches.normal = std::move(normal);
   caches.grid = std::move(grid.grid);
   caches.lightmap = std::move(lightmap.lightmap);
+  caches.corners = std::move(lightmap.corners);
   if (caches.positionWorld.size() > kMaxCaches) {
     return Error{ErrorCode::usage, "caches: " + std::to_string(caches.positionWorld.size()) + " are more than the " +
                                        std::to_string(kMaxCaches) +
@@ -85,23 +92,22 @@ Result<Caches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, 
   return caches;
 }
 
-std::vector<std::uint32_t> findReceivers(const RayTracer& tracer, const Caches& caches,
+std::vector<std::uint32_t> findReceivers(const RayTracer& tracer, const PlacedCaches& caches,
                                          std::span<const SurfelSeed> seeds, Context& context) {
   const Scene& scene = tracer.scene();
   const Lightmap& map = caches.lightmap;
   std::vector<std::uint32_t> receivers(seeds.size(), kGridReceiver);
-  if (map.cornerUv.empty()) return receivers;
+  if (caches.corners.front.empty()) return receivers;
   parallelChunks(context, "", seeds.size(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const SurfacePoint& point = seeds[i].point;
       const bool back = (seeds[i].side & 1u) != 0;
-      if (back && map.backCornerUv.empty()) continue;
-      const std::span<const std::uint32_t> corners = back ? map.backCornerUv : map.cornerUv;
-      const std::uint64_t first = map.parts[point.instance].firstCorner + 3ull * point.triangle;
+      const MapCorners::Side& corners = back ? caches.corners.back : caches.corners.front;
+      if (corners.empty()) continue;
+      const TriangleCorners& uv = corners[map.parts[point.instance].firstCorner / 3 + point.triangle];
       // Barycentrics weigh world corners, which a mirroring instance swaps.
       const bool flipped = scene.instances[point.instance].flipped;
-      const std::uint32_t a = corners[first], b = corners[first + (flipped ? 2 : 1)],
-                          c = corners[first + (flipped ? 1 : 2)];
+      const std::uint32_t a = uv[0], b = uv[flipped ? 2 : 1], c = uv[flipped ? 1 : 2];
       if (a == kGridLit || b == kGridLit || c == kGridLit) continue;
       const glm::vec2& w = point.barycentric;
       receivers[i] =

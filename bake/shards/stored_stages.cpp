@@ -58,9 +58,9 @@ PlaceStages storedStages(const Scene& scene, const BakeOptions& options, const E
   stages.placeCaches = [&scene, &names, &store, made](const RayTracer& tracer, const PlaySpace& space,
                                                       Context& context) {
     const EntryName name = names.caches();
-    if (auto found = findStage<Caches>(name, scene, readCaches, store, context))
-      return Result<Caches>(std::move(*found));
-    return makeStage<Caches>(
+    if (auto found = findStage<PlacedCaches>(name, scene, readCaches, store, context))
+      return Result<PlacedCaches>(std::move(*found));
+    return makeStage<PlacedCaches>(
         name, [&] { return made.placeCaches(tracer, space, context); }, writeCaches, store, context);
   };
   return stages;

@@ -11,8 +11,9 @@
 
 namespace relume {
 
-// Reading is thread-safe, appending is not.
-template <class T>
+// Reading is thread-safe, appending is not. kSearch: so many of a block's last values are searched for the next one;
+// what is found in none of them is kept again.
+template <class T, std::size_t kSearch = 256>
 class BlockPalette {
  public:
   static constexpr std::size_t kBlock = 256;  // as many values at most, so that a byte tells them apart
@@ -66,8 +67,9 @@ class BlockPalette {
     for (std::size_t i = 0; i < values.size(); ++i) {
       // Neighbours are the same most often: look among the last values first.
       std::size_t at = value_.size();
-      while (at > block.value && !(value_[at - 1] == values[i])) --at;
-      if (at == block.value) {
+      const std::size_t last = std::max(block.value, at - std::min(at, kSearch));
+      while (at > last && !(value_[at - 1] == values[i])) --at;
+      if (at == last) {
         value_.push_back(values[i]);
         at = value_.size();
       }

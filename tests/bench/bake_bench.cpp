@@ -52,9 +52,9 @@ Status Stages::prepare() {
       clusterSurfels(*tracer, surfels.surfels, options.links.skyPatches, options.clustering, context);
   if (!tree) return tree.error();
   hierarchy = std::move(*tree);
-  Result<Caches> receivers = placeCaches(*tracer, space, options.caches, options.seed, context);
+  Result<PlacedCaches> receivers = placeCaches(*tracer, space, options.caches, options.seed, context);
   if (!receivers) return receivers.error();
-  caches = std::move(*receivers);
+  caches = unpack(std::move(*receivers));
   return done();
 }
 

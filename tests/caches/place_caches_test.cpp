@@ -426,7 +426,7 @@ TEST(PlaceCaches, SurfelsReadCachesAtTheirOwnPlace) {
     seeds.push_back(seed);
   }
   Context context;
-  const auto receivers = findReceivers(*p.tracer, p.caches, seeds, context);
+  const auto receivers = findReceivers(*p.tracer, p.packed, seeds, context);
   ASSERT_EQ(receivers.size(), seeds.size());
   for (std::size_t i = 0; i < seeds.size(); i += 2) {
     ASSERT_NE(receivers[i], kGridReceiver);

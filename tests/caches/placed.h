@@ -17,6 +17,7 @@ struct Placed {
   std::optional<RayTracer> tracer;
   PlaySpace playSpace;
   Caches caches;
+  PlacedCaches packed{};  // the same
 };
 
 inline void place(Placed& p, const CacheOptions& options, const PlaySpaceOptions& space, Context& context) {
@@ -28,7 +29,8 @@ inline void place(Placed& p, const CacheOptions& options, const PlaySpaceOptions
   p.playSpace = std::move(*playSpace);
   auto caches = placeCaches(*p.tracer, p.playSpace, options, 1, context);
   ASSERT_TRUE(caches) << caches.error().message;
-  p.caches = std::move(*caches);
+  p.caches = unpack(*caches);
+  p.packed = std::move(*caches);
 }
 
 inline PlaySpaceOptions walks(std::uint32_t count) {

@@ -60,9 +60,9 @@ Result<std::unique_ptr<CutLevel>> makeCutLevel(Scene scene, const BakeOptions& o
   Result<Hierarchy> hierarchy = clusterSurfels(*level->tracer, level->placed.surfels, 0, options.clustering, context);
   if (!hierarchy) return hierarchy.error();
   level->hierarchy = std::move(*hierarchy);
-  Result<Caches> caches = placeCaches(*level->tracer, level->space, options.caches, options.seed, context);
+  Result<PlacedCaches> caches = placeCaches(*level->tracer, level->space, options.caches, options.seed, context);
   if (!caches) return caches.error();
-  level->caches = std::move(*caches);
+  level->caches = unpack(std::move(*caches));
   level->arrivals = gatherLeaves(*level, options.links.raysPerCache, options.seed, context);
   return level;
 }

@@ -46,7 +46,7 @@ Baked place(const Scene& scene) {
   PlacedSurfels surfels = std::move(*placeSurfels(tracer, space, options.surfels, 1, context));
   auto caches = placeCaches(tracer, space, options.caches, 1, context);
   EXPECT_TRUE(caches) << caches.error().message;
-  return {std::move(tracer), std::move(space), std::move(surfels), std::move(*caches)};
+  return {std::move(tracer), std::move(space), std::move(surfels), unpack(std::move(*caches))};
 }
 
 class OpenLevel : public testing::TestWithParam<float> {};

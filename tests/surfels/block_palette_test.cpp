@@ -39,5 +39,15 @@ TEST(BlockPalette, aMillionEqualElementsTakeNoByteEach) {
   EXPECT_EQ(palette[same.size() - 1], 42u);
 }
 
+TEST(BlockPalette, givesBackAllValuesHoweverFewAreSearched) {
+  std::vector<std::uint32_t> values;
+  for (std::uint32_t i = 0; i < 1000; ++i) values.push_back(i < 300 ? 7 : i % 3 == 0 ? i : i % 40);
+  const BlockPalette<std::uint32_t, 16> few{std::span<const std::uint32_t>(values)};
+  const BlockPalette<std::uint32_t> all{std::span<const std::uint32_t>(values)};
+  EXPECT_EQ(few.toVector(), values);
+  EXPECT_EQ(all.toVector(), values);
+  EXPECT_LE(all.sizeBytes(), few.sizeBytes());
+}
+
 }  // namespace
 }  // namespace relume

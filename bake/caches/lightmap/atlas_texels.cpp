@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <map>
 #include <string>
 #include <tuple>
@@ -100,7 +101,7 @@ class Filler {
         share_(texels_.size(), 0.0f),
         home_(shared.caches.size(), glm::uvec2(kNone)) {}
 
-  Lightmap run(SeamJump& seams, Context& context) {
+  Lightmap run(MapCorners& corners, SeamJump& seams, Context& context) {
     placeParts();
     for (std::uint32_t p = 0; p < set_.patches.size() && !context.cancelled(); ++p) {
       if (request_.rectangleOf[p] != kNone) fillRectangle(p, context);
@@ -113,21 +114,19 @@ class Filler {
       home_[request_.single[s]] = at;
     }
     surround();
-    for (std::uint32_t p = 0; p < set_.patches.size() && !context.cancelled(); ++p) writeCorners(p, false);
+    corners = writeCorners(false, context);
     if (context.cancelled()) return {};
-    seams = stitchSeams(scene_, set_, shared_, patchTexels_.texelSize,
-                        {plan_.size, texels_, share_, parts_, front_, back_}, context);
-    parallelChunks(context, "", set_.patches.size(), 16, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t p = begin; p < end; ++p) writeCorners(static_cast<std::uint32_t>(p), true);
-    });
+    seams = stitchSeams(scene_, set_, shared_, patchTexels_.texelSize, {plan_.size, texels_, share_, parts_, corners},
+                        context);
+    corners = {};
+    corners = writeCorners(true, context);
+    if (!anyBack_) corners.back = {};
 
     Lightmap map;
     map.width = plan_.size.x;
     map.height = plan_.size.y;
     map.cache = std::move(texels_);
     map.parts = std::move(parts_);
-    map.cornerUv = std::move(front_);
-    if (anyBack_) map.backCornerUv = std::move(back_);
     return map;
   }
 
@@ -145,8 +144,6 @@ class Filler {
       corner += 3ull * part.triangleCount;
       parts_.push_back(part);
     }
-    front_.assign(corner, kGridLit);
-    back_.assign(corner, kGridLit);
   }
 
   void fillRectangle(std::uint32_t patch, Context& context) {
@@ -184,22 +181,53 @@ class Filler {
 
   std::uint32_t pack(const glm::vec2& texel) const { return packUnorm16x2((texel + 0.5f) / glm::vec2(plan_.size)); }
 
-  // Write where the triangles of a patch read. snapped: once the texels have their final caches.
-  void writeCorners(std::uint32_t p, bool snapped) {
+  // Write where all triangles read, those of some instances at a time. snapped: once the texels have their final
+  // caches.
+  MapCorners writeCorners(bool snapped, Context& context) {
+    constexpr std::size_t kTriangles = 1u << 18;  // at a time, or those of one instance
+    MapCorners all;
+    std::array<std::vector<TriangleCorners>, 2> sides;
+    std::size_t patch = 0, begin = 0;  // begin: the triangle that the sides begin with
+    for (std::size_t first = 0, last = 0; first < parts_.size() && !context.cancelled(); first = last) {
+      std::size_t triangles = 0;
+      for (; last < parts_.size() && (last == first || triangles + parts_[last].triangleCount <= kTriangles); ++last)
+        triangles += parts_[last].triangleCount;
+      for (std::vector<TriangleCorners>& side : sides) side.resize(side.size() + triangles, kNoCorners);
+      std::size_t lastPatch = patch;
+      while (lastPatch < set_.patches.size() && set_.patches[lastPatch].instance < last) ++lastPatch;
+      parallelChunks(context, "", lastPatch - patch, 16, [&](std::size_t from, std::size_t to) {
+        for (std::size_t p = patch + from; p < patch + to; ++p)
+          writeCorners(static_cast<std::uint32_t>(p), snapped, begin, sides[set_.patches[p].side]);
+      });
+      patch = lastPatch;
+      // Whole blocks go, the rest waits for what follows.
+      const std::size_t whole = last == parts_.size()
+                                    ? sides[0].size()
+                                    : sides[0].size() / MapCorners::Side::kBlock * MapCorners::Side::kBlock;
+      for (std::size_t s = 0; s < 2; ++s) {
+        (s == 0 ? all.front : all.back).append(std::span(sides[s]).first(whole));
+        sides[s].erase(sides[s].begin(), sides[s].begin() + static_cast<std::ptrdiff_t>(whole));
+      }
+      begin += whole;
+    }
+    all.front.shrinkToFit();
+    all.back.shrinkToFit();
+    return all;
+  }
+
+  // Write where the triangles of a patch read. corners: of its side, from the scene-wide triangle `begin` on.
+  void writeCorners(std::uint32_t p, bool snapped, std::size_t begin, std::vector<TriangleCorners>& corners) {
     const Patch& patch = set_.patches[p];
     const Instance& instance = scene_.instances[patch.instance];
     const MeshCharts& charts = set_.meshes[instance.mesh];
     const Chart& chart = charts.charts[patch.chart];
-    std::vector<std::uint32_t>& corners = patch.side == 0 ? front_ : back_;
-    const std::uint64_t first = parts_[patch.instance].firstCorner;
+    const std::size_t first = static_cast<std::size_t>(parts_[patch.instance].firstCorner / 3) - begin;
 
     if (request_.rectangleOf[p] == kNone) {
-      if (snapped) return;
       const std::uint32_t cache = soleCache(patchTexels_, shared_, p);
       if (cache == kNoCache) return;
       const std::uint32_t uv = pack(glm::vec2(home_[cache]));
-      for (const std::uint32_t t : chart.triangle)
-        std::fill_n(corners.begin() + static_cast<std::ptrdiff_t>(first + 3ull * t), 3, uv);
+      for (const std::uint32_t t : chart.triangle) corners[first + t] = {uv, uv, uv};
     } else {
       // Stay a little inside, so that rounding of coordinates and filters does not reach a neighbour's texels.
       const glm::vec2 inset = 1.0f / 512.0f + glm::vec2(plan_.size) / 65535.0f;
@@ -222,10 +250,9 @@ class Filler {
                     {plan_.size, texels_, plan_.rectangle[request_.rectangleOf[p]], size}, origin + low, origin + high,
                     texel);
       }
-      for (std::size_t i = 0; i < texel.size(); ++i)
-        corners[first + 3ull * chart.triangle[i / 3] + i % 3] = pack(texel[i]);
+      for (std::size_t i = 0; i < texel.size(); ++i) corners[first + chart.triangle[i / 3]][i % 3] = pack(texel[i]);
     }
-    if (!snapped) anyBack_ = anyBack_ || patch.side == 1;
+    if (patch.side == 1) anyBack_ = true;
   }
 
   const Scene& scene_;
@@ -239,8 +266,7 @@ class Filler {
   std::vector<float> share_;      // of a full texel of surface, [0..1]
   std::vector<glm::uvec2> home_;  // [texel] a texel that holds each cache
   std::vector<LightmapPart> parts_;
-  std::vector<std::uint32_t> front_, back_;
-  bool anyBack_ = false;
+  std::atomic<bool> anyBack_ = false;
 };
 
 }  // namespace
@@ -273,9 +299,9 @@ AtlasRequest requestAtlas(const PatchTexels& patchTexels, const SharedCaches& sh
 }
 
 Lightmap fillAtlas(const Scene& scene, const PatchSet& set, const PatchTexels& patchTexels, const SharedCaches& shared,
-                   const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter, SeamJump& seams,
-                   Context& context) {
-  return Filler(scene, set, patchTexels, shared, request, plan, gutter).run(seams, context);
+                   const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter, MapCorners& corners,
+                   SeamJump& seams, Context& context) {
+  return Filler(scene, set, patchTexels, shared, request, plan, gutter).run(corners, seams, context);
 }
 
 }  // namespace relume

@@ -5,6 +5,7 @@
 
 #include "bake/caches/lightmap/pack_atlas.h"
 #include "bake/caches/lightmap/share_caches.h"
+#include "bake/caches/map_corners.h"
 #include "relume/caches.h"
 
 #include <cstdint>
@@ -30,9 +31,10 @@ struct SeamJump {
   double length = 0.0;               // [m]
 };
 
-// The finished light map. Every texel that a bilinear read inside a triangle can touch has a cache.
+// The finished light map, but for its corners, which are `corners`. Every texel that a bilinear read inside a triangle
+// can touch has a cache.
 Lightmap fillAtlas(const Scene& scene, const PatchSet& set, const PatchTexels& patchTexels, const SharedCaches& shared,
-                   const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter, SeamJump& seams,
-                   Context& context);
+                   const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter, MapCorners& corners,
+                   SeamJump& seams, Context& context);
 
 }  // namespace relume

@@ -90,7 +90,8 @@ class Placer {
     // 3. The texture of indices, and where the triangles read it
     if (Status ok = reserveAtlas(plan->size); !ok) return ok.error();
     PlacedLightmap result;
-    result.lightmap = fillAtlas(scene_, set_, trial.texels, trial.shared, request, *plan, gutter_, seams_, context_);
+    result.lightmap =
+        fillAtlas(scene_, set_, trial.texels, trial.shared, request, *plan, gutter_, result.corners, seams_, context_);
     if (context_.cancelled()) return cancelledError();
     report(trial, *plan, request);
     warnAboutLightmap(scene_, set_, trial.texels, trial.shared, options_, context_);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bake/caches/lightmap/share_caches.h"
+#include "bake/caches/map_corners.h"
 #include "relume/caches.h"
 #include "relume/result.h"
 
@@ -13,6 +14,7 @@ namespace relume {
 struct PlacedLightmap {
   std::vector<SurfaceCache> caches;  // along a space-filling curve
   Lightmap lightmap;                 // indices count from 0: the caches of the grid come before them later
+  MapCorners corners;                // in place of the light map's own
 };
 
 Result<PlacedLightmap> placeLightmap(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,

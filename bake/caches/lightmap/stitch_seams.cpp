@@ -152,13 +152,13 @@ class Stitcher {
     return true;
   }
 
-  void addEdge(const Instance& instance, const LightmapPart& part, std::span<const std::uint32_t> corners,
+  void addEdge(const Instance& instance, const LightmapPart& part, const MapCorners::Side& corners,
                const SeamEdge& edge) {
     const Mesh& mesh = scene_.meshes[instance.mesh];
     std::array<std::array<glm::vec2, 2>, 2> uv;
     for (std::size_t s = 0; s < 2; ++s) {
-      const std::uint64_t first = part.firstCorner + 3ull * edge.triangle[s];
-      const std::uint32_t a = corners[first + edge.corner[s]], b = corners[first + (edge.corner[s] + 1u) % 3u];
+      const TriangleCorners& corner = corners[part.firstCorner / 3 + edge.triangle[s]];
+      const std::uint32_t a = corner[edge.corner[s]], b = corner[(edge.corner[s] + 1u) % 3u];
       if (a == kGridLit || b == kGridLit) return;
       const bool swap = s == 1 && edge.turned;
       uv[s] = {unpackUnorm16x2(swap ? b : a), unpackUnorm16x2(swap ? a : b)};
@@ -193,8 +193,8 @@ class Stitcher {
       const Instance& instance = scene_.instances[i];
       if (!instance.charted()) continue;
       for (const SeamEdge& edge : edges[instance.mesh]) {
-        addEdge(instance, texels_.parts[i], texels_.front, edge);
-        addEdge(instance, texels_.parts[i], texels_.back, edge);
+        addEdge(instance, texels_.parts[i], texels_.corners.front, edge);
+        addEdge(instance, texels_.parts[i], texels_.corners.back, edge);
       }
     }
   }

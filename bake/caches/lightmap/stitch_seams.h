@@ -13,7 +13,7 @@ struct SeamTexels {
   std::vector<std::uint32_t>& cache;  // [Size width * height] changed where that helps
   std::span<const float> share;  // [Size width * height] of a full texel of surface that reads it without seams, [0..1]
   std::span<const LightmapPart> parts;
-  std::span<const std::uint32_t> front, back;  // corners of the triangles
+  const MapCorners& corners;
 };
 
 // Stitch the seams between surfaces that look the same way. A cache that a single texel reads stays with that texel.
