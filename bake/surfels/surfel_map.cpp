@@ -132,8 +132,13 @@ class Block {
     if (!(cost <= bestCost) || cost == kNoMapping) return;
     if (cost < bestCost) found = kNone;
     bestCost = cost;
-    for (std::size_t i = 0; i < index_.size(); ++i) {
-      if (word_[2][i] == min && (found == kNone || all.id[index_[i]] < all.id[found])) found = index_[i];
+    constexpr std::size_t kRun = 64;
+    for (std::size_t first = 0; first < index_.size(); first += kRun) {
+      const std::size_t count = std::min(kRun, index_.size() - first);
+      if (countOf(min, word_[2].data() + first, count) == 0) continue;
+      for (std::size_t i = first; i < first + count; ++i) {
+        if (word_[2][i] == min && (found == kNone || all.id[index_[i]] < all.id[found])) found = index_[i];
+      }
     }
   }
 
@@ -150,6 +155,13 @@ class Block {
       min = std::min(min, cost[i]);
     }
     return min;
+  }
+
+  // How many of the costs are `min`.
+  RELUME_WIDE_CLONES static std::uint32_t countOf(std::uint32_t min, const std::uint32_t* cost, std::size_t count) {
+    std::uint32_t found = 0;
+    for (std::size_t i = 0; i < count; ++i) found += cost[i] == min ? 1u : 0u;
+    return found;
   }
 
   PointGrid::Bucket cube_{0, 0, 0};
@@ -212,24 +224,51 @@ SortedSurfels sortSurfels(std::span<const SurfaceSample> surfels, const std::vec
   return sorted;
 }
 
+// What both sides of a triangle have in common.
+struct TriangleShape {
+  std::uint32_t index = kNone;  // scene-wide
+  std::uint32_t instance = 0;
+  std::array<glm::vec3, 3> corner{};
+  glm::vec3 normal{0.0f};  // geometricNormal()
+};
+
+// Finds them, once for sides that follow one another.
+class TriangleShapes {
+ public:
+  explicit TriangleShapes(const Scene& scene) : scene_(scene), instances_(scene) {}
+  const TriangleShape& of(std::uint32_t triangle) {
+    if (triangle != last_.index) {
+      last_.index = triangle;
+      last_.instance = instances_.of(triangle);
+      const Instance& instance = scene_.instances[last_.instance];
+      const std::uint32_t t = triangle - instance.firstTriangle;
+      last_.corner = scene_.corners(instance, t);
+      last_.normal = geometricNormal(scene_, {last_.instance, t, {}});
+    }
+    return last_;
+  }
+
+ private:
+  const Scene& scene_;
+  InstanceFinder instances_;
+  TriangleShape last_;
+};
+
 // Give every side of [first, last) its grid of tiles, one grid after the other. Sides of instances that are not baked,
 // and those without area, get none.
 std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& playSpace, std::size_t first,
                                          std::size_t last, float spacing, float farSpacing, Context& context) {
   std::vector<SurfelMap::Side> sides(last - first);
   parallelChunks(context, "", sides.size(), kSidesPerChunk, [&](std::size_t begin, std::size_t end) {
-    InstanceFinder instances(scene);
+    TriangleShapes triangles(scene);
     for (std::size_t s = first + begin; s < first + end; ++s) {
-      const auto triangle = static_cast<std::uint32_t>(s / 2);
-      const std::uint32_t index = instances.of(triangle);
       SurfelMap::Side& side = sides[s - first];
-      const Instance& instance = scene.instances[index];
-      const SurfacePoint point{index, triangle - instance.firstTriangle, {}};
-      if (!instance.baked() || geometricNormal(scene, point) == glm::vec3(0.0f)) continue;
+      const TriangleShape& triangle = triangles.of(static_cast<std::uint32_t>(s / 2));
+      if (!scene.instances[triangle.instance].baked() || triangle.normal == glm::vec3(0.0f)) continue;
       const float seenArea = playSpace.seenArea[s],
                   width = (playSpace.isFar(static_cast<std::uint32_t>(s)) ? farSpacing : spacing) *
                           (seenArea > 0.0f ? kTileSpacings : kUnseenTileSpacings);
-      const GridShape shape = shapeOf(scene.corners(instance, point.triangle), width, seenArea);
+      const GridShape shape = shapeOf(triangle.corner, width, seenArea);
       if (shape.nested && !playSpace.tree.empty() && playSpace.isPartly(static_cast<std::uint32_t>(s))) {
         side.nested = 1;  // addNestedGrids() lays it out
         continue;
@@ -248,12 +287,14 @@ std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& pl
 }
 
 // Map tiles [begin, end) of a side, counted from its first. guess: a surfel that may be near, replaced by one that is.
-void mapTiles(const Scene& scene, Search& search, std::uint32_t side, const SurfelMap::Side& grid, float reach,
-              std::uint32_t begin, std::uint32_t end, std::uint32_t& guess, std::uint32_t* tile) {
-  const std::uint32_t instance = scene.instanceOf(side / 2);
-  MapPoint point = mapPoint(sampleAt(scene, instance, side, glm::vec2(1.0f / 3.0f)));
-  const std::array<glm::vec3, 3> corner =
-      scene.corners(scene.instances[instance], side / 2 - scene.instances[instance].firstTriangle);
+void mapTiles(const Scene& scene, const TriangleShape& triangle, Search& search, std::uint32_t side,
+              const SurfelMap::Side& grid, float reach, std::uint32_t begin, std::uint32_t end, std::uint32_t& guess,
+              std::uint32_t* tile) {
+  MapPoint point{{},
+                 side % 2 == 0 ? triangle.normal : -triangle.normal,
+                 triangle.instance,
+                 emitterOf(scene, triangle.instance, side) != kReflector ? 1u : 0u};
+  const std::array<glm::vec3, 3>& corner = triangle.corner;
   std::uint32_t atRowBegin = guess;
   for (std::uint32_t i = begin; i < end; ++i) {
     const std::uint32_t column = i % grid.columns, row = i / grid.columns;
@@ -371,6 +412,7 @@ SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::sp
     parallelChunks(
         context, isOnePart ? "surfel map" : "", tiles.size(), kTilesPerChunk, [&](std::size_t begin, std::size_t end) {
           Search search(near.sorted), farSearch(far.sorted);
+          TriangleShapes triangles(scene);
           // Guesses for the front and the back of sides that are not seen, that are seen, and that are far.
           std::array<std::uint32_t, 6> guess{kNone, kNone, kNone, kNone, kNone, kNone};
           // The side of the first tile is the last side that does not begin after it.
@@ -382,7 +424,7 @@ SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::sp
             const std::size_t lastTile = std::min<std::size_t>(end, side->firstTile + side->tileCount());
             if (lastTile <= at) continue;
             const bool seen = playSpace.seenArea[s] > 0.0f, isFar = playSpace.isFar(s);
-            mapTiles(scene, isFar ? farSearch : search, s, *side,
+            mapTiles(scene, triangles.of(s / 2), isFar ? farSearch : search, s, *side,
                      static_cast<float>(seen ? kSeenReach : kUnseenReach) * (isFar ? far : near).spacing,
                      static_cast<std::uint32_t>(at) - side->firstTile,
                      static_cast<std::uint32_t>(lastTile) - side->firstTile, guess[(isFar ? 4 : 2 * seen) + s % 2],

@@ -25,18 +25,25 @@ std::vector<VoxelHits> dropThin(const Scene& scene, const VoxelGrid& grid, std::
   const VoxelIndex index(voxels);
   const VoxelTree tree = hasLarge ? VoxelTree(grid, voxels, 0) : VoxelTree();
   std::vector<std::atomic<std::uint64_t>> area(voxels.size());
-  forEachTriangle(scene, context, [&](std::uint32_t i, std::uint32_t, const auto& corners, float triangle) {
-    const glm::vec3 normal = crossOf(corners);
-    std::vector<std::pair<std::size_t, double>> found;  // voxel, weight
-    const double all =
-        forEachPart(corners, triangle, grid.size, tree, i, context, [&](const glm::vec3& p, double weight) {
-          for (const std::uint64_t key : grid.keys(i, p, normal)) {
-            if (const std::size_t at = index.find(key); at < voxels.size()) found.emplace_back(at, weight);
-          }
-        });
-    for (const auto& [at, weight] : found)
-      area[at].fetch_add(static_cast<std::uint64_t>(triangle / unit / all * weight), std::memory_order_relaxed);
-  });
+  const SeenFacings seenFacings(scene.instances.size(), voxels);
+  forEachTriangle<VoxelMemo<std::size_t>>(
+      scene, 0, scene.triangleCount(), context, [&](std::uint32_t i) { return seenFacings.hasAny(i); },
+      [&](std::uint32_t i, std::uint32_t, const auto& corners, float triangle, VoxelMemo<std::size_t>& memo) {
+        const std::array<std::uint32_t, 2> facings = VoxelGrid::facingsOf(i, crossOf(corners));
+        if (!seenFacings.has(facings[0]) && !seenFacings.has(facings[1])) return;
+        std::vector<std::pair<std::size_t, double>> found;  // voxel, weight
+        const double all =
+            forEachPart(corners, triangle, grid.size, tree, i, context, [&](const glm::vec3& p, double weight) {
+              const glm::ivec3 cube = grid.cubeOf(p);
+              for (const std::uint32_t facing : facings) {
+                if (!seenFacings.has(facing)) continue;
+                const std::size_t at = memo.of(facing, cube, [&] { return index.find(voxelKey(facing, cube)); });
+                if (at < voxels.size()) found.emplace_back(at, weight);
+              }
+            });
+        for (const auto& [at, weight] : found)
+          area[at].fetch_add(static_cast<std::uint64_t>(triangle / unit / all * weight), std::memory_order_relaxed);
+      });
 
   // Sort by hits per area and drop from the low end. A voxel in which no part of a triangle has its centre has no area
   // here, and is kept.
@@ -67,33 +74,35 @@ void fillHoles(const Scene& scene, const VoxelGrid& grid, std::vector<VoxelHits>
   const VoxelTree tree = hasLarge ? VoxelTree(grid, voxels, 1) : VoxelTree();
   std::vector<VoxelHits> filled;
   std::mutex mutex;
-  forEachTriangle(scene, context, [&](std::uint32_t i, std::uint32_t, const auto& corners, float area) {
-    const glm::vec3 normal = crossOf(corners);
-    std::vector<VoxelHits> found;
-    std::array<std::uint64_t, 2> last{};  // parts of a voxel follow one another
-    forEachPart(corners, area, grid.size, tree, i, context, [&](const glm::vec3& p, double) {
-      for (std::size_t side = 0; side < 2; ++side) {
-        VoxelHits voxel = grid.voxel(i, p, side == 0 ? normal : -normal);
-        if (voxel.key == last[side]) continue;
-        last[side] = voxel.key;
-        if (index.contains(voxel.key)) continue;
-        std::uint32_t around = 0, direct = 0;
-        for (const std::uint64_t neighbour : grid.neighbours(i, p, side == 0 ? normal : -normal)) {
-          const std::size_t at = index.find(neighbour);
-          if (at == voxels.size()) continue;
-          ++around;
-          direct += voxels[at].direct > 0 ? 1 : 0;
-        }
-        if (around < kFillNeighbours) continue;
-        voxel.direct = direct > 0 ? 1 : 0;
-        voxel.bounced = 1;
-        found.push_back(voxel);
-      }
-    });
-    if (found.empty()) return;
+  const SeenFacings seenFacings(scene.instances.size(), voxels);
+  // Add the voxel if it is between others. Returns true: what was done need not be done again.
+  const auto fill = [&](std::uint32_t facing, const glm::ivec3& cube) {
+    VoxelHits voxel{voxelKey(facing, cube), 0, 1, cube, facing};
+    if (index.contains(voxel.key)) return true;
+    std::uint32_t around = 0;
+    for (const std::uint64_t neighbour : VoxelGrid::neighbours(facing, cube)) {
+      const std::size_t at = index.find(neighbour);
+      if (at == voxels.size()) continue;
+      ++around;
+      if (voxels[at].direct > 0) voxel.direct = 1;
+    }
+    if (around < kFillNeighbours) return true;
     const std::lock_guard lock(mutex);
-    filled.insert(filled.end(), found.begin(), found.end());
-  });
+    filled.push_back(voxel);
+    return true;
+  };
+  forEachTriangle<VoxelMemo<bool>>(
+      scene, 0, scene.triangleCount(), context, [&](std::uint32_t i) { return seenFacings.hasAny(i); },
+      [&](std::uint32_t i, std::uint32_t, const auto& corners, float area, VoxelMemo<bool>& memo) {
+        const std::array<std::uint32_t, 2> facings = VoxelGrid::facingsOf(i, crossOf(corners));
+        if (!seenFacings.has(facings[0]) && !seenFacings.has(facings[1])) return;
+        forEachPart(corners, area, grid.size, tree, i, context, [&](const glm::vec3& p, double) {
+          const glm::ivec3 cube = grid.cubeOf(p);
+          for (const std::uint32_t facing : facings) {
+            if (seenFacings.has(facing)) memo.of(facing, cube, [&] { return fill(facing, cube); });
+          }
+        });
+      });
   // Several triangles may have found the same voxel. Any of these entries will do: their neighbours are the same.
   const auto byKey = [](const VoxelHits& a, const VoxelHits& b) { return a.key < b.key; };
   voxels.insert(voxels.end(), filled.begin(), filled.end());

@@ -234,9 +234,10 @@ FirstLook lookAround(const RayTracer& tracer, std::uint64_t seed, const StartSou
 }
 
 // Fill arrays by side in the order of the triangles, a part at a time, so that what takes no memory in them takes none
-// before: measure(instance, triangle, corners, area, seenArea, flags) sets the values of both sides, in parallel.
-template <class Measure>
-void fillSides(const Scene& scene, PlaySpace& space, Context& context, const Measure& measure) {
+// before: measure(instance, corners, area, seenArea, flags, memo) sets the values of both sides, in parallel; those of
+// instances that are not `wanted` are 0. Memo: as forEachTriangle() has it.
+template <class Memo, class Wanted, class Measure>
+void fillSides(const Scene& scene, PlaySpace& space, Context& context, const Wanted& wanted, const Measure& measure) {
   constexpr std::size_t kTrianglesPerPart = 1u << 20;
   const std::size_t triangles = scene.triangleCount();
   std::vector<float> seenArea;
@@ -247,11 +248,11 @@ void fillSides(const Scene& scene, PlaySpace& space, Context& context, const Mea
     const std::size_t last = std::min(triangles, first + kTrianglesPerPart);
     seenArea.assign(2 * (last - first), 0.0f);
     flags.assign(2 * (last - first), 0);
-    forEachTriangle(scene, first, last, context,
-                    [&](std::uint32_t i, std::uint32_t t, const auto& corners, float area) {
-                      const std::size_t at = 2 * (scene.instances[i].firstTriangle + std::size_t{t} - first);
-                      measure(i, corners, area, &seenArea[at], &flags[at]);
-                    });
+    forEachTriangle<Memo>(scene, first, last, context, wanted,
+                          [&](std::uint32_t i, std::uint32_t t, const auto& corners, float area, Memo& memo) {
+                            const std::size_t at = 2 * (scene.instances[i].firstTriangle + std::size_t{t} - first);
+                            measure(i, corners, area, &seenArea[at], &flags[at], memo);
+                          });
     space.seenArea.append(seenArea);
     space.flags.append(flags);
   }
@@ -264,38 +265,47 @@ void measureSides(const RayTracer& tracer, const VoxelGrid& grid, const std::vec
                   PlaySpace& space, Context& context) {
   VoxelIndex voxelIndex(voxels);
   if (hasLarge) space.tree = VoxelTree(grid, voxels, 0);
-  fillSides(tracer.scene(), space, context,
-            [&](std::uint32_t i, const auto& corners, float area, float* seenArea, std::uint8_t* flags) {
-              const glm::vec3 normal = crossOf(corners);
-              std::array<double, 2> seen{};  // weights of parts
-              std::array<bool, 2> direct{};
-              const double all =
-                  forEachPart(corners, area, grid.size, space.tree, i, context, [&](const glm::vec3& p, double weight) {
-                    const std::array<std::uint64_t, 2> keys = grid.keys(i, p, normal);
-                    for (std::size_t side = 0; side < 2; ++side) {
-                      const std::size_t at = voxelIndex.find(keys[side]);
-                      if (at == voxels.size()) continue;
-                      seen[side] += weight;
-                      if (voxels[at].direct > 0) direct[side] = true;
-                    }
-                  });
+  const SeenFacings seenFacings(tracer.scene().instances.size(), voxels);
+  using Memo = VoxelMemo<std::size_t>;
+  fillSides<Memo>(
+      tracer.scene(), space, context, [&](std::uint32_t i) { return seenFacings.hasAny(i); },
+      [&](std::uint32_t i, const auto& corners, float area, float* seenArea, std::uint8_t* flags, Memo& memo) {
+        const std::array<std::uint32_t, 2> facings = VoxelGrid::facingsOf(i, crossOf(corners));
+        if (!seenFacings.has(facings[0]) && !seenFacings.has(facings[1])) return;
+        std::array<double, 2> seen{};  // weights of parts
+        std::array<bool, 2> direct{};
+        const double all =
+            forEachPart(corners, area, grid.size, space.tree, i, context, [&](const glm::vec3& p, double weight) {
+              const glm::ivec3 cube = grid.cubeOf(p);
               for (std::size_t side = 0; side < 2; ++side) {
-                seenArea[side] = area * static_cast<float>(seen[side]) / static_cast<float>(all);
-                flags[side] = direct[side] ? PlaySpace::kVisible : 0;
-                if (seen[side] > 0.0 && seen[side] < all) flags[side] |= PlaySpace::kPartly;
+                const std::uint32_t facing = facings[side];
+                if (!seenFacings.has(facing)) continue;
+                const std::size_t at = memo.of(facing, cube, [&] { return voxelIndex.find(voxelKey(facing, cube)); });
+                if (at == voxels.size()) continue;
+                seen[side] += weight;
+                if (voxels[at].direct > 0) direct[side] = true;
               }
             });
+        for (std::size_t side = 0; side < 2; ++side) {
+          seenArea[side] = area * static_cast<float>(seen[side]) / static_cast<float>(all);
+          flags[side] = direct[side] ? PlaySpace::kVisible : 0;
+          if (seen[side] > 0.0 && seen[side] < all) flags[side] |= PlaySpace::kPartly;
+        }
+      });
   space.voxels = std::move(voxelIndex);
 }
 
 // Mark every side of every triangle as seen.
 void seeAll(const Scene& scene, PlaySpace& space, Context& context) {
-  fillSides(scene, space, context, [](std::uint32_t, const auto&, float area, float* seenArea, std::uint8_t* flags) {
-    for (std::size_t side = 0; side < 2; ++side) {
-      seenArea[side] = area;
-      flags[side] = PlaySpace::kVisible;
-    }
-  });
+  struct None {};
+  fillSides<None>(
+      scene, space, context, [](std::uint32_t) { return true; },
+      [](std::uint32_t, const auto&, float area, float* seenArea, std::uint8_t* flags, None&) {
+        for (std::size_t side = 0; side < 2; ++side) {
+          seenArea[side] = area;
+          flags[side] = PlaySpace::kVisible;
+        }
+      });
 }
 
 // The area of all sides, and of the largest. [m²]

@@ -46,6 +46,10 @@ std::uint32_t VoxelGrid::facingOf(std::uint32_t instance, const glm::vec3& norma
   return (instance << 3) | directionOf(normalOfSide);
 }
 
+std::array<std::uint32_t, 2> VoxelGrid::facingsOf(std::uint32_t instance, const glm::vec3& normal) {
+  return {facingOf(instance, normal), facingOf(instance, -normal)};
+}
+
 VoxelHits VoxelGrid::voxel(std::uint32_t instance, const glm::vec3& positionWorld,
                            const glm::vec3& normalOfSide) const {
   const std::uint32_t facing = facingOf(instance, normalOfSide);
@@ -58,16 +62,7 @@ std::uint64_t VoxelGrid::key(std::uint32_t instance, const glm::vec3& positionWo
   return voxelKey(facingOf(instance, normalOfSide), cubeOf(positionWorld));
 }
 
-std::array<std::uint64_t, 2> VoxelGrid::keys(std::uint32_t instance, const glm::vec3& positionWorld,
-                                             const glm::vec3& normal) const {
-  const glm::ivec3 cube = cubeOf(positionWorld);
-  return {voxelKey(facingOf(instance, normal), cube), voxelKey(facingOf(instance, -normal), cube)};
-}
-
-std::array<std::uint64_t, 6> VoxelGrid::neighbours(std::uint32_t instance, const glm::vec3& positionWorld,
-                                                   const glm::vec3& normalOfSide) const {
-  const std::uint32_t facing = facingOf(instance, normalOfSide);
-  const glm::ivec3 centre = cubeOf(positionWorld);
+std::array<std::uint64_t, 6> VoxelGrid::neighbours(std::uint32_t facing, const glm::ivec3& centre) {
   std::array<std::uint64_t, 6> keys;
   for (int face = 0; face < 6; ++face) {
     glm::ivec3 cube = centre;
@@ -100,6 +95,11 @@ std::size_t VoxelIndex::find(std::uint64_t key) const {
     if (key_[i] == key) return i;
   }
   return key_.size();
+}
+
+SeenFacings::SeenFacings(std::size_t instances, std::span<const VoxelHits> voxels) : facings_(instances, 0) {
+  for (const VoxelHits& voxel : voxels)
+    facings_[voxel.facing >> 3] |= static_cast<std::uint8_t>(1u << (voxel.facing & 7u));
 }
 
 void VoxelCounter::Shard::add(const VoxelHits& hits) {

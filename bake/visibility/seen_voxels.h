@@ -32,17 +32,15 @@ struct VoxelGrid {
   glm::ivec3 cubeOf(const glm::vec3& positionWorld) const;
   // What tells the voxels of one cube apart: the instance, and the signed axis nearest to the side's normal.
   static std::uint32_t facingOf(std::uint32_t instance, const glm::vec3& normalOfSide);
+  // Those of a surface's two sides: of its normal, and of the opposite one.
+  static std::array<std::uint32_t, 2> facingsOf(std::uint32_t instance, const glm::vec3& normal);
   // The voxel of a point, without hits.
   VoxelHits voxel(std::uint32_t instance, const glm::vec3& positionWorld, const glm::vec3& normalOfSide) const;
 
   // The key of that voxel.
   std::uint64_t key(std::uint32_t instance, const glm::vec3& positionWorld, const glm::vec3& normalOfSide) const;
-  // The keys of both sides of a surface at a point: of its normal, and of the opposite one.
-  std::array<std::uint64_t, 2> keys(std::uint32_t instance, const glm::vec3& positionWorld,
-                                    const glm::vec3& normal) const;
-  // Keys of the same instance and side in the six cubes that share a face with the point's.
-  std::array<std::uint64_t, 6> neighbours(std::uint32_t instance, const glm::vec3& positionWorld,
-                                          const glm::vec3& normalOfSide) const;
+  // Keys of the same instance and side in the six cubes that share a face with one.
+  static std::array<std::uint64_t, 6> neighbours(std::uint32_t facing, const glm::ivec3& centre);
 };
 
 // Identifies a voxel by a 64-bit hash of its facing and cube. Among a million voxels, two collide with probability
@@ -68,6 +66,41 @@ class VoxelIndex {
   std::vector<std::uint64_t> key_;
   std::vector<std::uint32_t> bucketBegin_;  // [Size 2^n + 1] first of the keys with the same n leading bits
   int shift_ = 0;                           // 64 - n
+};
+
+// Which sides of which instances have voxels at all.
+class SeenFacings {
+ public:
+  SeenFacings(std::size_t instances, std::span<const VoxelHits> voxels);
+  // facing: VoxelGrid::facingOf()
+  bool has(std::uint32_t facing) const { return (facings_[facing >> 3] >> (facing & 7u) & 1u) != 0; }
+  bool hasAny(std::uint32_t instance) const { return facings_[instance] != 0; }
+
+ private:
+  std::vector<std::uint8_t> facings_;  // [Size instances] a bit for each of six
+};
+
+// What is known of a few voxels, so that triangles that lie in the same ones do not ask again. For one thread.
+template <class Value>
+class VoxelMemo {
+ public:
+  // The value of a voxel: find() where it is not known.
+  template <class Find>
+  Value of(std::uint32_t facing, const glm::ivec3& cube, const Find& find) {
+    const glm::uvec3 at(cube);
+    Known& known = known_[((at.x + 3u * at.y + 5u * at.z) * 8u + facing) % kSlots];
+    if (known.facing != facing || known.cube != cube) known = {cube, facing, find()};
+    return known.value;
+  }
+
+ private:
+  static constexpr std::uint32_t kSlots = 64;
+  struct Known {
+    glm::ivec3 cube{0};
+    std::uint32_t facing = kNone;
+    Value value{};
+  };
+  std::array<Known, kSlots> known_;
 };
 
 // A concurrent counter whose contents do not depend on the order of additions.

@@ -50,30 +50,36 @@ class InstanceFinder {
   std::uint32_t instance_ = 0, begin_ = 0, end_ = 0;  // triangles of the instance
 };
 
-// Visit the scene-wide triangles [first, last) of baked instances in parallel: visit(instance, triangle, corners,
-// area). Triangles without area are left out.
-template <class Visit>
-void forEachTriangle(const Scene& scene, std::size_t first, std::size_t last, Context& context, const Visit& visit) {
+// Visit the scene-wide triangles [first, last) of baked instances that are `wanted`, in parallel: visit(instance,
+// triangle, corners, area, memo). Triangles without area are left out. memo: a Memo of the visitor's own, made anew for
+// each run of triangles that one thread visits.
+template <class Memo, class Wanted, class Visit>
+void forEachTriangle(const Scene& scene, std::size_t first, std::size_t last, Context& context, const Wanted& wanted,
+                     const Visit& visit) {
   // Small chunks: large triangles, which have many parts, often follow one another.
   const std::size_t chunk = std::clamp<std::size_t>((last - first) / 256, 1, 128);
   parallelChunks(context, "", last - first, chunk, [&](std::size_t begin, std::size_t end) {
     InstanceFinder instances(scene);
+    Memo memo;
     for (std::size_t t = first + begin; t < first + end; ++t) {
       const std::uint32_t i = instances.of(static_cast<std::uint32_t>(t));
       const Instance& instance = scene.instances[i];
-      if (!instance.baked()) continue;
+      if (!instance.baked() || !wanted(i)) continue;
       const auto triangle = static_cast<std::uint32_t>(t) - instance.firstTriangle;
       const auto corners = scene.corners(instance, triangle);
       const float area = areaOf(corners);
-      if (area > 0.0f && std::isfinite(area)) visit(i, triangle, corners, area);
+      if (area > 0.0f && std::isfinite(area)) visit(i, triangle, corners, area, memo);
     }
   });
 }
 
-// The same for all triangles.
+// The same for all baked instances, without a memo.
 template <class Visit>
-void forEachTriangle(const Scene& scene, Context& context, const Visit& visit) {
-  forEachTriangle(scene, 0, scene.triangleCount(), context, visit);
+void forEachTriangle(const Scene& scene, std::size_t first, std::size_t last, Context& context, const Visit& visit) {
+  struct None {};
+  forEachTriangle<None>(
+      scene, first, last, context, [](std::uint32_t) { return true; },
+      [&](std::uint32_t i, std::uint32_t t, const auto& corners, float area, None&) { visit(i, t, corners, area); });
 }
 
 // A triangle cut into n² equal triangles, n along an edge, small enough for the voxels. A square of the barycentric
