@@ -6,6 +6,7 @@
 #include "bake/base/memory_budget.h"
 #include "bake/certificate/test_lights.h"
 #include "bake/links/share_links.h"
+#include "bake/rays/built_triangles.h"
 #include "bake/surfels/surface_sampler.h"
 
 #include <algorithm>
@@ -16,32 +17,25 @@ namespace {
 
 // Rays, per triangle: corners and indices, Embree's tree and what it is built from, and the tree for ray bundles.
 constexpr double kTriangleBytes = 9 * 4 + 3 * 4 + 1, kTreeBytes = 130.0, kThoroughBytes = 260.0, kBundleBytes = 200.0;
-constexpr double kInstanceBytes = 1500.0;  // an Embree geometry of its own
-// Play space, per side: its area and flags. Per voxel that was hit: in the counter, twice while it grows, and sorted.
-constexpr double kSideBytes = 4 + 1 + 1, kHitBytes = 16.0 * 4, kHitsPerVoxel = 12.0;
+constexpr double kInstanceBytes = 1200.0;  // an Embree geometry of its own
+// Play space, per side: its area and flags, half as much again while they grow. Per voxel that was hit: in the counter,
+// twice while it grows, and sorted.
+constexpr double kWalkBytes = 8 << 20;  // rays and hits of the walks that run at a time
+constexpr double kSideBytes = 8, kHitBytes = 16.0 * 4, kHitsPerVoxel = 12.0;
 // Surfels, per candidate: the sample, the point of the elimination, and what that is sorted by; per neighbour, which is
 // listed twice. A disc of the surfels' spacing holds 2 pi / sqrt(3) times as many candidates as there are to a surfel,
 // and up to a half more where candidates lie closer.
 constexpr double kCandidateBytes = sizeof(SurfaceSample) + 32 + 28 + 24 + 16 + 12, kNeighbourBytes = 2 * 4;
-constexpr double kNeighbours = 1.5 * 3.6276;            // per candidate, times candidates per surfel
-constexpr double kSampledSideBytes = 16 + 8 + 8;        // a side of the sampler and of the surfel map
-constexpr double kSurfelBytes = 8 * 48 + 8 * 16 + 400;  // sights, footprints, tiles of the map
-constexpr double kClusterBytes = 420.0;                 // a surfel, clustered
+constexpr double kNeighbours = 1.5 * 3.6276;     // per candidate, times candidates per surfel
+constexpr double kSampledSideBytes = 4 + 4 + 2;  // a side that is seen, in the sampler, while it grows
+constexpr double kMappedSideBytes = 2;           // a side of the surfel map, which its neighbours share
+constexpr double kPartSides = 1u << 20, kPartSideBytes = 8 + 4 + 4;  // and while its part of the map is made
+constexpr double kSurfelBytes = 8 * 48 + 8 * 16 + 400;               // sights, footprints, tiles of the map
+constexpr double kClusterBytes = 420.0;                              // a surfel, clustered
 constexpr double kTestSurfelBytes = 4.0 * (kTestSuns + kTestLamps);
 // A relighter, by surfel, node, link and cache: docs/PERFORMANCE.md.
 constexpr double kReadSurfelBytes = 64.0, kReadNodeBytes = 24.0, kReadLinkBytes = 8.0, kReadCacheBytes = 512.0;
 constexpr double kWorkerNodeBytes = 48.0;  // a node, in each thread that links
-
-double tracedTriangles(const Scene& scene, RayGeometry geometry, double& instances) {
-  double count = 0.0;
-  for (const Instance& instance : scene.instances) {
-    const bool isDrawn = geometry == RayGeometry::drawn && instance.mode == BakeMode::dynamic;
-    if (!instance.baked() && !isDrawn) continue;
-    count += static_cast<double>(scene.meshes[instance.mesh].triangle.size());
-    instances += 1.0;
-  }
-  return count;
-}
 
 std::string number(double count) { return std::to_string(static_cast<std::uint64_t>(count)); }
 
@@ -59,11 +53,11 @@ double linkBytes(const LinkOptions& options) {
 }  // namespace
 
 Status reserveRays(const Scene& scene, RayStructure structure, Context& context, RayGeometry geometry) {
-  double instances = 0.0;
-  const double triangles = tracedTriangles(scene, geometry, instances);
+  const BuiltTriangles count = builtTriangles(scene, geometry);
+  const auto triangles = static_cast<double>(count.triangles), instances = static_cast<double>(count.instances);
   double each = kTriangleBytes + (structure == RayStructure::quick ? kTreeBytes : kThoroughBytes);
   if (structure == RayStructure::bundles) each += kBundleBytes;
-  return reserveMemory(context, "rays", triangles * each + instances * kInstanceBytes,
+  return reserveMemory(context, "rays", static_cast<double>(count.built()) * each + instances * kInstanceBytes,
                        number(triangles) + " triangles in " + number(instances) + " instances",
                        "mark far or small instances \"dynamic\" or \"ignore\" in extras.relume");
 }
@@ -71,11 +65,11 @@ Status reserveRays(const Scene& scene, RayStructure structure, Context& context,
 Status reservePlaySpace(const Scene& scene, const PlaySpaceOptions& options, Context& context) {
   const double hits = static_cast<double>(options.walks) * options.maxBounces;
   return reserveMemory(
-      context, "play space", 2.0 * kSideBytes * scene.triangleCount() + kHitBytes * hits / kHitsPerVoxel,
+      context, "play space", kWalkBytes + 2.0 * kSideBytes * scene.triangleCount() + kHitBytes * hits / kHitsPerVoxel,
       number(scene.triangleCount()) + " triangles and " + number(hits) + " steps of walks", "lower --walks");
 }
 
-Status reserveSurfels(const Scene& scene, const SurfelOptions& options, Context& context) {
+Status reserveSurfels(const Scene& scene, const PlaySpace& space, const SurfelOptions& options, Context& context) {
   const bool isEliminated = options.placement == SurfelOptions::Placement::eliminated;
   const double count = options.count;
   // Beyond 2^25, fewer candidates a surfel are drawn.
@@ -84,8 +78,12 @@ Status reserveSurfels(const Scene& scene, const SurfelOptions& options, Context&
   const double neighbours = isEliminated && count > 0.0 ? kNeighbours * candidates / count : 0.0;
   // Candidates go before footprints come.
   const double most = std::max((kCandidateBytes + kNeighbourBytes * neighbours) * candidates, kSurfelBytes * count);
+  const double sides = 2.0 * scene.triangleCount();
+  double seen = 0.0;
+  for (std::size_t side = 0; side < space.seenArea.size(); ++side) seen += space.seenArea[side] > 0.0f ? 1.0 : 0.0;
   return reserveMemory(context, "surfels",
-                       most + sizeof(SurfaceSample) * count + 2.0 * kSampledSideBytes * scene.triangleCount(),
+                       most + sizeof(SurfaceSample) * count + kSampledSideBytes * seen + kMappedSideBytes * sides +
+                           kPartSideBytes * std::min(sides, kPartSides),
                        number(candidates) + " candidates on " + number(scene.triangleCount()) + " triangles",
                        isEliminated ? "lower --surfels or surfels.candidateFactor" : "lower --surfels");
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "bake/rays/ray_tracer.h"
+#include "bake/visibility/play_space.h"
 #include "relume/bake/context.h"
 #include "relume/bake/options.h"
 #include "relume/bake_data.h"
@@ -17,7 +18,7 @@ namespace relume {
 Status reserveRays(const Scene& scene, RayStructure structure, Context& context,
                    RayGeometry geometry = RayGeometry::fixed);
 Status reservePlaySpace(const Scene& scene, const PlaySpaceOptions& options, Context& context);
-Status reserveSurfels(const Scene& scene, const SurfelOptions& options, Context& context);
+Status reserveSurfels(const Scene& scene, const PlaySpace& space, const SurfelOptions& options, Context& context);
 Status reserveHierarchy(const Surfels& surfels, const BakeOptions& options, Context& context);
 // share [0..1]: of the caches, that are traced here.
 Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const LinkOptions& options, Context& context,

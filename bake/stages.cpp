@@ -83,7 +83,7 @@ Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, c
 
   // 1. Senders: what gives light (PIC 4.2, 4.3). Surfels, then patches of the sky
   auto placed = runStage(context, "surfels", [&] {
-    return needs(reserveSurfels(scene, options.surfels, context),
+    return needs(reserveSurfels(scene, *space, options.surfels, context),
                  [&] { return placeSurfels(*tracer, *space, options.surfels, options.seed, context); });
   });
   if (!placed) return placed.error();

@@ -8,6 +8,7 @@
 #include "bake/rays/ray_tracer_state.h"
 
 #include "bake/base/parallel.h"
+#include "bake/rays/built_triangles.h"
 #include "bake/rays/ray_piles.h"
 
 #include <glm/geometric.hpp>
@@ -116,14 +117,10 @@ bool isMet(const Scene& scene, const Instance& instance, RayGeometry geometry) {
   return asked && !scene.meshes[instance.mesh].triangle.empty();
 }
 
-// World bounds of the triangles that rays meet, their number, and how many such instances each mesh has.
+// World bounds of the triangles that rays meet, and how many such instances each mesh has.
 struct Survey {
   glm::vec3 min{std::numeric_limits<float>::infinity()}, max{-std::numeric_limits<float>::infinity()};
-  std::uint64_t triangles = 0, ofMeshes = 0;  // of all such instances; of their meshes, each once
-  std::vector<std::uint32_t> uses;            // [Size meshes]
-  bool isShared() const {
-    return triangles > kFlattenLimit || (triangles > kShareLimit && triangles >= kWorthSharing * ofMeshes);
-  }
+  std::vector<std::uint32_t> uses;  // [Size meshes]
 };
 
 Survey survey(const Scene& scene, RayGeometry geometry) {
@@ -132,8 +129,7 @@ Survey survey(const Scene& scene, RayGeometry geometry) {
   for (const Instance& instance : scene.instances) {
     const Mesh& mesh = scene.meshes[instance.mesh];
     if (!isMet(scene, instance, geometry)) continue;
-    s.triangles += mesh.triangle.size();
-    if (s.uses[instance.mesh]++ == 0) s.ofMeshes += mesh.triangle.size();
+    ++s.uses[instance.mesh];
     for (const glm::uvec3& triangle : mesh.triangle) {
       for (int c = 0; c < 3; ++c) {
         const glm::vec3 p = instance.toWorld * glm::vec4(mesh.position[triangle[c]], 1.0f);
@@ -161,6 +157,30 @@ bool isWholly(const std::vector<std::uint8_t>& buried) {
 }
 
 }  // namespace
+
+bool BuiltTriangles::isShared() const {
+  return triangles > kFlattenLimit || (triangles > kShareLimit && triangles >= kWorthSharing * ofMeshes);
+}
+
+BuiltTriangles builtTriangles(const Scene& scene, RayGeometry geometry) {
+  BuiltTriangles count;
+  std::vector<std::uint32_t> uses(scene.meshes.size(), 0);
+  const std::vector<std::uint32_t> met = metInstances(scene, geometry);
+  for (const std::uint32_t i : met) ++uses[scene.instances[i].mesh];
+  std::vector<std::uint8_t> known(scene.meshes.size(), 0);  // bits: of either winding
+  for (const std::uint32_t i : met) {
+    const Instance& instance = scene.instances[i];
+    const std::size_t triangles = scene.meshes[instance.mesh].triangle.size();
+    const std::uint8_t winding = instance.flipped ? 2 : 1;
+    const bool mayShare = uses[instance.mesh] > 1 && isInvertible(instance.toWorld);
+    ++count.instances;
+    count.triangles += triangles;
+    if (known[instance.mesh] == 0) count.ofMeshes += triangles;
+    if (!mayShare || (known[instance.mesh] & winding) == 0) count.inShared += triangles;
+    known[instance.mesh] |= winding;
+  }
+  return count;
+}
 
 BundleTree RayTracer::State::makeBundleTree(const Context& context) const {
   std::vector<BundleTriangle> triangles;
@@ -218,8 +238,9 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
                              std::numeric_limits<float>::min());
 
   // Add the instances, in their order.
-  const bool share = level.isShared();
-  const bool hasBundles = structure == RayStructure::bundles && level.triangles <= kMaxBundleTriangles;
+  const BuiltTriangles count = builtTriangles(scene, geometry);
+  const bool share = count.isShared();
+  const bool hasBundles = structure == RayStructure::bundles && count.triangles <= kMaxBundleTriangles;
   const RTCBuildQuality quality = structure == RayStructure::quick ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_HIGH;
   std::map<std::pair<std::uint32_t, bool>, RTCScene> sharedOf;  // by mesh and winding
   state->top = makeScene(device, quality, context);

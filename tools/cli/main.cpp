@@ -12,6 +12,9 @@
 
 #include <fcntl.h>
 #include <unistd.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include <cerrno>
 #include <csignal>
@@ -130,6 +133,11 @@ int run(int argc, char** argv) {
 }  // namespace relume
 
 int main(int argc, char** argv) {
+#ifdef __GLIBC__
+  // Arrays of 4 MiB and more go back to the system when they are freed. By itself, glibc comes to keep up to 64 MiB of
+  // them, which a bake of many instances would hold for nothing.
+  ::mallopt(M_MMAP_THRESHOLD, 4 << 20);
+#endif
   std::set_terminate(relume::endAfterUncaught);
   relume::useClassicLocale();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write, not the end of the program
