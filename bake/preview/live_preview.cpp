@@ -39,13 +39,18 @@ void LivePreview::look(const Camera& camera, std::uint32_t width, std::uint32_t 
     record.footprint = footprint > 0.0f ? footprint : record.footprint;
   }
   picture_.assign(receivers_.size(), {});
+  drawer_ = nextDrawer_;
+  letDraw([&](SplatDrawer& drawer) { return drawer.look(*camera_, receivers_); }, context);
   splatAll(context);
   restart();
 }
 
 void LivePreview::relight(std::span<const glm::vec3> radiance, Context& context) {
   records_.relight(radiance, context);
-  if (camera_) splatAll(context);
+  if (!camera_) return;
+  // What records reach has not changed.
+  if (letDraw([&](SplatDrawer& drawer) { return drawer.relight(records_.records()); }, context)) return;
+  splatAll(context);
 }
 
 void LivePreview::settle(Context& context) {
@@ -134,17 +139,39 @@ void LivePreview::dropUnseen() {
   records_.keep(marks);
 }
 
+// Whether there is a rasteriser, which then does something. Where it fails all is splatted here, now and from then on.
+bool LivePreview::letDraw(const std::function<Status(SplatDrawer&)>& draw, Context& context) {
+  if (drawer_ == nullptr) return false;
+  const Status drawn = draw(*drawer_);
+  if (drawn) return true;
+  drawError_ = drawn.error();
+  drawer_ = nextDrawer_ = nullptr;
+  splatAll(context);
+  return true;
+}
+
 void LivePreview::splatAll(Context& context) {
+  if (drawer_ != nullptr) {
+    markAll(context);
+    letDraw([&](SplatDrawer& drawer) { return drawer.draw(records_.records(), interpolation_); }, context);
+    return;
+  }
   sums_.assign(receivers_.size(), {});
   splatFrom(0, context);
   covered_.resize(receivers_.size());
   for (std::size_t i = 0; i < covered_.size(); ++i) covered_[i] = sums_[i].weight > 0.0f ? 1 : 0;
 }
 
+void LivePreview::markAll(Context& context) {
+  covered_.assign(receivers_.size(), 0);
+  markCovered(*camera_, records_.records(), interpolation_, receivers_, covered_, context);
+}
+
 // Add the records from `first` on to the picture. Sums are those of all records at once, bit for bit.
 void LivePreview::splatFrom(std::size_t first, Context& context) {
   const std::span<const Record> records = std::span<const Record>(records_.records()).subspan(first);
   if (!camera_ || records.empty()) return;
+  if (letDraw([&](SplatDrawer& drawer) { return drawer.add(records); }, context)) return;
   const RecordTiles tiles(*camera_, records, interpolation_);
   parallelChunks(context, "", height(), kRowsPerChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin * width(); i < end * width(); ++i) {

@@ -5,6 +5,7 @@
 // In: a camera, frame by frame, and the leaves' radiance. Out: irradiance at the pixels that records reach by now.
 #pragma once
 
+#include "bake/preview/draw_splats.h"
 #include "bake/preview/leaf_records.h"
 #include "bake/preview/place_records.h"
 #include "bake/preview/record_tiles.h"
@@ -13,8 +14,10 @@
 #include "relume/bake/context.h"
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace relume {
@@ -32,6 +35,14 @@ class LivePreview {
   };
   // `tracer` is kept by reference: its geometry is seen and is what light travels among.
   LivePreview(const RayTracer& tracer, HitLeaf leafOf, const Sky& sky, const Options& options);
+
+  // Splat by a rasteriser from the next look() on, whose picture picture() does not have; null, as at first: here. It
+  // is kept by reference, and no longer used once it fails: this splats on in its place.
+  void drawBy(SplatDrawer* drawer) { nextDrawer_ = drawer; }
+  // Whether one does.
+  bool isDrawn() const { return drawer_ != nullptr; }
+  // Of what it failed, once.
+  std::optional<Error> takeDrawError() { return std::exchange(drawError_, std::nullopt); }
 
   // Show another view; records stay. [1..16384]² pixels
   void look(const Camera& camera, std::uint32_t width, std::uint32_t height, Context& context);
@@ -51,7 +62,8 @@ class LivePreview {
   std::uint32_t height() const { return camera_ ? static_cast<std::uint32_t>(camera_->height) : 0; }
   // What the pixels' centres show, row 0 on top. [Size width * height]
   std::span<const PixelReceiver> receivers() const { return receivers_; }
-  // Their irradiance, reflected and straight from the sky; weight 0 where no record has reached yet. [Size likewise]
+  // Their irradiance, reflected and straight from the sky; weight 0 where no record has reached yet, and everywhere
+  // while a rasteriser splats. [Size likewise]
   std::span<const Splat> picture() const { return picture_; }
   const LeafRecords& records() const { return records_; }
 
@@ -62,6 +74,8 @@ class LivePreview {
   void dropUnseen();
   void splatAll(Context& context);
   void splatFrom(std::size_t first, Context& context);
+  void markAll(Context& context);
+  bool letDraw(const std::function<Status(SplatDrawer&)>& draw, Context& context);
 
   const RayTracer& tracer_;
   Options options_;
@@ -77,6 +91,8 @@ class LivePreview {
   std::uint32_t x_ = 0, y_ = 0;  // and where
   int roundsLeft_ = 0;
   bool isComplete_ = false;
+  SplatDrawer *drawer_ = nullptr, *nextDrawer_ = nullptr;
+  std::optional<Error> drawError_;
 };
 
 }  // namespace relume

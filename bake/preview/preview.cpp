@@ -152,10 +152,18 @@ void fillMissing(std::span<const PixelReceiver> receivers, std::uint32_t width, 
   }
 }
 
+// By a rasteriser.
+Status drawCenters(SplatDrawer& drawer, const CameraRays& camera, std::span<const PixelReceiver> receivers,
+                   std::span<const Record> records, const Interpolation& interpolation, std::span<Splat> centers) {
+  if (Status ok = drawer.look(camera, receivers); !ok) return ok;
+  if (Status ok = drawer.draw(records, interpolation); !ok) return ok;
+  return drawer.read(centers);
+}
+
 // Records splatted at the pixels' centres. Those that none reaches are lit by records that reach out farther.
-std::vector<Splat> splatCenters(const CameraRays& camera, std::span<const PixelReceiver> receivers,
-                                std::span<const Record> records, const RecordTiles& tiles,
-                                const Interpolation& interpolation, PreviewFrame& frame, Context& context) {
+Result<std::vector<Splat>> splatCenters(const CameraRays& camera, std::span<const PixelReceiver> receivers,
+                                        std::span<const Record> records, const RecordTiles& tiles, SplatDrawer* drawer,
+                                        const Interpolation& interpolation, PreviewFrame& frame, Context& context) {
   std::vector<Splat> centers(receivers.size());
   const auto splatAll = [&](const RecordTiles& by) {
     parallelChunks(context, "", frame.height, 4, [&](std::size_t begin, std::size_t end) {
@@ -166,7 +174,11 @@ std::vector<Splat> splatCenters(const CameraRays& camera, std::span<const PixelR
       }
     });
   };
-  splatAll(tiles);
+  if (drawer != nullptr) {
+    if (Status ok = drawCenters(*drawer, camera, receivers, records, interpolation, centers); !ok) return ok.error();
+  } else {
+    splatAll(tiles);
+  }
   frame.weight.resize(centers.size());
   for (std::size_t i = 0; i < centers.size(); ++i) frame.weight[i] = centers[i].weight;
   frame.extended = countMissing(receivers, centers);
@@ -344,7 +356,8 @@ Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance&
   // 5. All records on all pixels, and direct light
   const Clock::time_point splatBegin = Clock::now();
   const RecordTiles tiles(camera, cache, interpolation);
-  const std::vector<Splat> centers = splatCenters(camera, lit, cache, tiles, interpolation, frame, context);
+  const auto centers = splatCenters(camera, lit, cache, tiles, scene.splat, interpolation, frame, context);
+  if (!centers) return centers.error();
   frame.splatSeconds = secondsSince(splatBegin);
   markRecords(cache, receivers, camera, frame);
   if (mirrors) markRecords(mirrors->records, receivers, camera, frame);
@@ -353,7 +366,7 @@ Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance&
   if (mirrors)
     mirrored.emplace(MirrorInput{scene, *mirrors->radiance, mirrors->records, *mirrors->tiles, *mirrors->lobes,
                                  reflected, scene.emissive, options.seed});
-  shadeFrame({scene, options, camera, tiles, receivers, centers, scene.emissive ? &emitters : nullptr,
+  shadeFrame({scene, options, camera, tiles, receivers, *centers, scene.emissive ? &emitters : nullptr,
               mirrored ? &*mirrored : nullptr},
              frame, context);
   if (context.cancelled()) return cancelledError();

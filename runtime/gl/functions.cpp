@@ -9,14 +9,14 @@
 namespace relume::gl {
 namespace {
 
-// Whether a GL_VERSION like "4.3.0 vendor" is of OpenGL 4.3 or newer. Those of OpenGL ES open with its name.
-bool isSupported(std::string_view text) {
+// Whether a GL_VERSION like "4.3.0 vendor" is of OpenGL 4.least or newer. Those of OpenGL ES open with its name.
+bool isOf(std::string_view text, unsigned least) {
   const char* const end = text.data() + text.size();
   unsigned major = 0, minor = 0;
   const auto afterMajor = std::from_chars(text.data(), end, major);
   if (afterMajor.ec != std::errc{} || afterMajor.ptr == end || *afterMajor.ptr != '.') return false;
   const auto afterMinor = std::from_chars(afterMajor.ptr + 1, end, minor);
-  return afterMinor.ec == std::errc{} && (major > 4 || (major == 4 && minor >= 3));
+  return afterMinor.ec == std::errc{} && (major > 4 || (major == 4 && minor >= least));
 }
 
 Error unsupported(std::string message) { return {ErrorCode::unsupported, std::move(message)}; }
@@ -48,7 +48,7 @@ Result<Functions> loadFunctions(const GetProcAddress& getProcAddress) {
   Functions gl;
   if (!load(getProcAddress, "glGetString", gl.GetString)) return missing("glGetString");
   const auto* text = reinterpret_cast<const char*>(gl.GetString(GL_VERSION));
-  if (text == nullptr || !isSupported(text)) {
+  if (text == nullptr || !isOf(text, 3)) {
     return unsupported("the OpenGL backend needs a current context of OpenGL 4.3 or newer, found " +
                        (text == nullptr ? std::string("none") : '"' + std::string(text) + '"'));
   }
@@ -57,6 +57,18 @@ Result<Functions> loadFunctions(const GetProcAddress& getProcAddress) {
   RELUME_GL_FUNCTIONS(RELUME_GL_LOAD)
 #undef RELUME_GL_LOAD
   return gl;
+}
+
+Result<DrawFunctions> loadDrawFunctions(const GetProcAddress& getProcAddress, const Functions& gl) {
+  DrawFunctions draw;
+#define RELUME_GL_LOAD(name, NAME) \
+  if (!load(getProcAddress, "gl" #name, draw.name)) return missing("gl" #name);
+  RELUME_GL_DRAW_FUNCTIONS(RELUME_GL_LOAD)
+#undef RELUME_GL_LOAD
+  // Some loaders give an address of whatever is asked for.
+  if (isOf(reinterpret_cast<const char*>(gl.GetString(GL_VERSION)), 5))
+    load(getProcAddress, "glClipControl", draw.ClipControl);
+  return draw;
 }
 
 }  // namespace relume::gl

@@ -16,8 +16,8 @@
 
 namespace relume::gl {
 
-// Every function: its name without gl, and the same in capitals, as glcorearb.h has it in the pointer's type. All are
-// in OpenGL 4.3 core.
+// Every function of the passes: its name without gl, and the same in capitals, as glcorearb.h has it in the pointer's
+// type. All are in OpenGL 4.3 core.
 #define RELUME_GL_FUNCTIONS(X)                        \
   X(ActiveTexture, ACTIVETEXTURE)                     \
   X(AttachShader, ATTACHSHADER)                       \
@@ -91,9 +91,55 @@ struct Functions {
 #undef RELUME_GL_POINTER
 };
 
+// What drawing needs in addition, for tools: no pass of the backends draws. All are in OpenGL 4.3 core.
+#define RELUME_GL_DRAW_FUNCTIONS(X)                                   \
+  X(BindFramebuffer, BINDFRAMEBUFFER)                                 \
+  X(BindVertexArray, BINDVERTEXARRAY)                                 \
+  X(BindVertexBuffer, BINDVERTEXBUFFER)                               \
+  X(BlendEquationSeparatei, BLENDEQUATIONSEPARATEI)                   \
+  X(BlendFuncSeparatei, BLENDFUNCSEPARATEI)                           \
+  X(CheckFramebufferStatus, CHECKFRAMEBUFFERSTATUS)                   \
+  X(ClearBufferfv, CLEARBUFFERFV)                                     \
+  X(ClearBufferuiv, CLEARBUFFERUIV)                                   \
+  X(ColorMaski, COLORMASKI)                                           \
+  X(DeleteFramebuffers, DELETEFRAMEBUFFERS)                           \
+  X(DeleteVertexArrays, DELETEVERTEXARRAYS)                           \
+  X(Disable, DISABLE)                                                 \
+  X(Disablei, DISABLEI)                                               \
+  X(DrawArraysInstancedBaseInstance, DRAWARRAYSINSTANCEDBASEINSTANCE) \
+  X(DrawBuffers, DRAWBUFFERS)                                         \
+  X(Enable, ENABLE)                                                   \
+  X(Enablei, ENABLEI)                                                 \
+  X(EnableVertexAttribArray, ENABLEVERTEXATTRIBARRAY)                 \
+  X(FramebufferTexture2D, FRAMEBUFFERTEXTURE2D)                       \
+  X(GenFramebuffers, GENFRAMEBUFFERS)                                 \
+  X(GenVertexArrays, GENVERTEXARRAYS)                                 \
+  X(GetBooleani_v, GETBOOLEANI_V)                                     \
+  X(GetFloati_v, GETFLOATI_V)                                         \
+  X(IsEnabled, ISENABLED)                                             \
+  X(IsEnabledi, ISENABLEDI)                                           \
+  X(PolygonMode, POLYGONMODE)                                         \
+  X(ProgramUniform2f, PROGRAMUNIFORM2F)                               \
+  X(TexImage2D, TEXIMAGE2D)                                           \
+  X(VertexAttribBinding, VERTEXATTRIBBINDING)                         \
+  X(VertexAttribFormat, VERTEXATTRIBFORMAT)                           \
+  X(VertexAttribIFormat, VERTEXATTRIBIFORMAT)                         \
+  X(VertexBindingDivisor, VERTEXBINDINGDIVISOR)                       \
+  X(ViewportIndexedfv, VIEWPORTINDEXEDFV)
+
+struct DrawFunctions {
+#define RELUME_GL_POINTER(name, NAME) PFNGL##NAME##PROC name = nullptr;
+  RELUME_GL_DRAW_FUNCTIONS(RELUME_GL_POINTER)
+#undef RELUME_GL_POINTER
+  PFNGLCLIPCONTROLPROC ClipControl = nullptr;  // null before OpenGL 4.5
+};
+
 // The functions of the context that is current, which is asked for its version and nothing else.
 // usage: getProcAddress is empty; unsupported: no context, one older than OpenGL 4.3 or of OpenGL ES, a function that
 // getProcAddress does not know (the message names it).
 Result<Functions> loadFunctions(const GetProcAddress& getProcAddress);
+// Those of the same context, once loadFunctions() has taken it. unsupported: a function that getProcAddress does not
+// know.
+Result<DrawFunctions> loadDrawFunctions(const GetProcAddress& getProcAddress, const Functions& gl);
 
 }  // namespace relume::gl

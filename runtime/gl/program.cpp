@@ -2,6 +2,8 @@
 // See program.h.
 #include "runtime/gl/program.h"
 
+#include <array>
+#include <span>
 #include <string>
 
 namespace relume::gl {
@@ -16,15 +18,13 @@ std::string logOf(PFNGLGETSHADERINFOLOGPROC getLog, GLuint name) {
   return log;
 }
 
-}  // namespace
-
-Result<Program> makeComputeProgram(const Functions& gl, std::string_view path, Defines defines,
-                                   std::string_view visibilityGlsl) {
+Result<Shader> compile(const Functions& gl, GLenum stage, std::string_view path, Defines defines,
+                       std::string_view visibilityGlsl) {
   Result<std::string> source = expandShader(path, defines, visibilityGlsl);
   if (!source) return source.error();
   const std::string text = "#version 430 core\n" + *source;
   const char* pointer = text.c_str();
-  const Shader shader(gl, gl.CreateShader(GL_COMPUTE_SHADER));
+  Shader shader(gl, gl.CreateShader(stage));
   gl.ShaderSource(shader.get(), 1, &pointer, nullptr);
   gl.CompileShader(shader.get());
   GLint ok = GL_FALSE;
@@ -33,16 +33,41 @@ Result<Program> makeComputeProgram(const Functions& gl, std::string_view path, D
     return Error{ErrorCode::failed,
                  "shader " + std::string(path) + " does not compile: " + logOf(gl.GetShaderInfoLog, shader.get())};
   }
+  return shader;
+}
+
+Result<Program> link(const Functions& gl, std::string_view path, std::span<const Shader* const> shaders) {
   Program program(gl, gl.CreateProgram());
-  gl.AttachShader(program.get(), shader.get());
+  for (const Shader* shader : shaders) gl.AttachShader(program.get(), shader->get());
   gl.LinkProgram(program.get());
-  gl.DetachShader(program.get(), shader.get());
+  for (const Shader* shader : shaders) gl.DetachShader(program.get(), shader->get());
+  GLint ok = GL_FALSE;
   gl.GetProgramiv(program.get(), GL_LINK_STATUS, &ok);
   if (!ok) {
     return Error{ErrorCode::failed,
                  "shader " + std::string(path) + " does not link: " + logOf(gl.GetProgramInfoLog, program.get())};
   }
   return program;
+}
+
+}  // namespace
+
+Result<Program> makeComputeProgram(const Functions& gl, std::string_view path, Defines defines,
+                                   std::string_view visibilityGlsl) {
+  const auto shader = compile(gl, GL_COMPUTE_SHADER, path, defines, visibilityGlsl);
+  if (!shader) return shader.error();
+  const std::array<const Shader*, 1> shaders{&*shader};
+  return link(gl, path, shaders);
+}
+
+Result<Program> makeDrawProgram(const Functions& gl, std::string_view vertexPath, std::string_view fragmentPath,
+                                Defines defines) {
+  const auto vertex = compile(gl, GL_VERTEX_SHADER, vertexPath, defines, {});
+  if (!vertex) return vertex.error();
+  const auto fragment = compile(gl, GL_FRAGMENT_SHADER, fragmentPath, defines, {});
+  if (!fragment) return fragment.error();
+  const std::array<const Shader*, 2> shaders{&*vertex, &*fragment};
+  return link(gl, fragmentPath, shaders);
 }
 
 }  // namespace relume::gl

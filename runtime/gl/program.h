@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Compute programs of the shaders in shaders/.
+// Programs of the shaders in shaders/.
 #pragma once
 
 #include "relume/result.h"
@@ -13,5 +13,8 @@ namespace relume::gl {
 // A linked compute program. failed: the driver's log and the file.
 Result<Program> makeComputeProgram(const Functions& gl, std::string_view path, Defines defines,
                                    std::string_view visibilityGlsl = {});
+// A linked program that draws; both stages have the definitions. failed: likewise.
+Result<Program> makeDrawProgram(const Functions& gl, std::string_view vertexPath, std::string_view fragmentPath,
+                                Defines defines);
 
 }  // namespace relume::gl

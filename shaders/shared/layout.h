@@ -152,6 +152,28 @@
 #define RELUME_LIVE_BLOCK 32    // [voxels] side of the blocks in which large triangles are voxelised
 #define RELUME_LIVE_LIFT 0.05f  // [voxel] of places off their surface, which is rounded
 
+// Splats of radiance records (tools/gl_splat): attributes of a record, texture units, uniforms, targets.
+#define RELUME_SPLAT_AT_BOX 0       // uvec4 [pixel]: minX, minY, maxX, maxY
+#define RELUME_SPLAT_AT_POSITION 1  // [m] p_k; w: reach
+#define RELUME_SPLAT_AT_NORMAL 2    // n_k; w: share of the gradient that counts
+#define RELUME_SPLAT_AT_NEAR 3      // [m] R_k where neighbour clamping asks for it, else 0
+#define RELUME_SPLAT_AT_LIGHT 4     // nine vec4: splat_records.frag
+#define RELUME_SPLAT_LIGHTS 9
+#define RELUME_SPLAT_UNIT_PLACE 12    // [m] xyz position, w width of a pixel
+#define RELUME_SPLAT_UNIT_FACING 13   // xyz normal, 0 where nothing is seen; w [m] occluder
+#define RELUME_SPLAT_UNIT_LIT 14      // xyz normal that light is read for
+#define RELUME_SPLAT_UNIT_SUM 12      // picture: xyz sum of w_k E'_k reflected, w sum of w_k
+#define RELUME_SPLAT_UNIT_SUM_SKY 14  // picture: of light from the sky
+#define RELUME_SPLAT_AT_SIZE 0        // vec2 [pixel] of the targets
+#define RELUME_SPLAT_AT_ACCURACY 1    // a
+#define RELUME_SPLAT_AT_WEIGHT 2      // int: RecordWeight of bake/preview/weights.h
+#define RELUME_SPLAT_AT_GUARDED 3     // bool: RecordReach::guarded
+#define RELUME_SPLAT_AT_GRADIENTS 4   // bool
+#define RELUME_SPLAT_SMOOTH 0
+#define RELUME_SPLAT_WARD 1
+#define RELUME_SPLAT_TABELLION 2
+#define RELUME_SPLAT_FAR 1e30f  // [m] stands for infinity
+
 #ifdef __cplusplus
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>

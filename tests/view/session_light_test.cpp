@@ -282,11 +282,27 @@ TEST_F(ViewerSession, recordsFillTheViewAndAreRelit) {
   for (int i = 0; i < 10; ++i) frame();
   ASSERT_TRUE(frames([&] { return session_->viewer->records()->isComplete(); })) << "once more when light rests";
   const double byRecords = brightness_;
-  const std::size_t whole = count();
+  std::size_t whole = count();
   EXPECT_NEAR(byRecords, byCaches, 0.1 * byCaches);
   EXPECT_NE(byRecords, byCaches);
   EXPECT_GT(whole, 100u);
   EXPECT_GT(session_->viewer->records()->sizeBytes(), 1000 * whole);
+
+  // OpenGL splats them where it relights, the processor where that does.
+  EXPECT_TRUE(session_->viewer->records()->isSplattedByGl());
+  session_->state.relightBy.backend = BackendKind::cpu;
+  for (int i = 0; i < 3; ++i) frame();
+  EXPECT_FALSE(session_->viewer->records()->isSplattedByGl());
+  EXPECT_NEAR(brightness_, byRecords, 0.05 * byRecords);
+  EXPECT_GE(count(), whole) << "all are kept";
+  session_->state.relightBy.backend = BackendKind::gl;
+  for (int i = 0; i < 10; ++i) frame();
+  ASSERT_TRUE(frames([&] { return session_->viewer->records()->isComplete(); }));
+  for (int i = 0; i < 10; ++i) frame();
+  ASSERT_TRUE(frames([&] { return session_->viewer->records()->isComplete(); }));
+  EXPECT_TRUE(session_->viewer->records()->isSplattedByGl());
+  EXPECT_NEAR(brightness_, byRecords, 0.02 * byRecords);
+  whole = count();
 
   // Lights: the same records in other light.
   const std::vector<ViewedLight> lights = session_->state.lights;

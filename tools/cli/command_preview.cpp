@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `relume preview`: what a shot looks like, before any bake or with one at hand, by radiance records on the CPU.
+// `relume preview`: what a shot looks like, before any bake or with one at hand, by radiance records.
 #include "bake/base/memory_budget.h"
 #include "bake/preview/hsh_cells.h"
 #include "bake/preview/mirror_surface.h"
@@ -137,6 +137,7 @@ void printReport(const PreviewReport& report, const std::vector<std::string>& wr
                         {"accuracy", std::stod(std::to_string(report.accuracy))},
                         {"extendedPixels", report.extended},
                         {"hemispheres", report.renderer},
+                        {"splats", report.splatsRenderer},
                         {"totalMs", totalMs}};
     json["stageMs"] = {{"relight", 1e3 * report.relightSeconds},
                        {"records", 1e3 * report.recordSeconds},
@@ -161,12 +162,16 @@ Result<PreviewSource> chooseSource(const PreviewArguments& arguments) {
                                                                 {"hits", PreviewSource::hits},
                                                                 {"surfels", PreviewSource::surfels}};
   const PreviewSource source = kSources.at(arguments.source);
-  if (arguments.backend == "gl") {
+  if (arguments.backend == "gl" && arguments.options.hemisphere != Hemisphere::fan) {
     if (source != PreviewSource::direct && arguments.source != "auto")
-      return usage("--backend gl draws light that is reflected once: --source direct, not " + arguments.source);
-    if (!arguments.bake.empty()) return usage("--backend gl and --bake exclude each other: it draws direct light");
-    if (arguments.options.hemisphere == Hemisphere::fan)
-      return usage("--backend gl draws the pixels of a plane: --hemisphere plane, scaled or border, not fan");
+      return usage(
+          "--backend gl draws what a plane sees in light that is reflected once: --source direct or "
+          "--hemisphere fan, not --source " +
+          arguments.source);
+    if (!arguments.bake.empty())
+      return usage(
+          "--backend gl with a plane and --bake exclude each other: it draws direct light; --hemisphere fan "
+          "looks around by rays");
     return PreviewSource::direct;
   }
   if (source == PreviewSource::direct && !arguments.bake.empty())
@@ -191,7 +196,8 @@ int runPreview(const PreviewArguments& arguments) {
   const auto source = chooseSource(arguments);
   if (!source) return fail(source.error());
   request.source = *source;
-  request.drawn = arguments.backend == "gl";
+  request.splatted = arguments.backend == "gl";
+  request.drawn = request.splatted && request.options.hemisphere != Hemisphere::fan;
   request.frame.shadowSize = arguments.shadowSize;
 
   Terminal terminal(arguments.terminal);
@@ -315,8 +321,8 @@ void addRecordOptions(CLI::App& command, PreviewArguments& a) {
       ->group(group);
   command
       .add_option("--backend", a.backend,
-                  "who looks through the pixels of that plane: cpu (rays), or gl (OpenGL 4.3 through EGL, with shadow "
-                  "maps: light of punctual lights that is reflected once) [cpu|gl]")
+                  "what draws records: cpu, or gl (OpenGL 4.3 through EGL), which also looks through the pixels of a "
+                  "plane in place of rays, with shadow maps: light of punctual lights that is reflected once [cpu|gl]")
       ->check(CLI::IsMember({"cpu", "gl"}))
       ->capture_default_str()
       ->group(group);

@@ -5,6 +5,7 @@
 #include "bake/reference/emitters.h"
 #include "tools/render/hemispheres_gl.h"
 #include "tools/render/hit_light.h"
+#include "tools/render/preview_splats_gl.h"
 #include "tools/render/relight_by_rays.h"
 
 #include <chrono>
@@ -48,6 +49,15 @@ Result<GlHemispheres> makeDrawer(const Scene& scene, const PreviewRequest& reque
   return drawHemispheresByGl(scene, frame.lights, request.options, frame.shadowSize);
 #else
   static_cast<void>(scene);
+  return Error{ErrorCode::unsupported, "--backend gl: this relume was built without OpenGL"};
+#endif
+}
+
+// What draws the records.
+Result<GlPreviewSplats> makeSplatter() {
+#ifdef RELUME_RENDER_GL
+  return splatPreviewByGl();
+#else
   return Error{ErrorCode::unsupported, "--backend gl: this relume was built without OpenGL"};
 #endif
 }
@@ -112,12 +122,19 @@ Result<RenderedFrame> renderPreviewFrame(const RayTracer& transport, const RayTr
     hemispheres = std::move(*made);
   }
   report.renderer = request.drawn ? "gl: " + hemispheres.renderer : "cpu";
+  GlPreviewSplats splats;
+  if (request.splatted) {
+    auto made = makeSplatter();
+    if (!made) return made.error();
+    splats = std::move(*made);
+  }
+  report.splatsRenderer = request.splatted ? "gl: " + splats.renderer : "cpu";
   watch.lap();
 
   // 2. Records and the picture
   std::vector<Record> cache;
   auto preview = renderPreview({transport, drawn, asked.camera, asked.lights, asked.drawsEmission(), asked.sky,
-                                request.drawn ? &hemispheres.draw : nullptr},
+                                request.drawn ? &hemispheres.draw : nullptr, splats.drawer.get()},
                                reflected, optionsOf(request), cache, context);
   if (!preview) return preview.error();
   report.records = preview->records;

@@ -90,12 +90,13 @@ GlTexture makeTexture(GLenum format, std::uint32_t width, std::uint32_t height) 
 
 }  // namespace
 
-Result<std::unique_ptr<ViewRecords>> ViewRecords::create(const LoadedLevel& level) {
+Result<std::unique_ptr<ViewRecords>> ViewRecords::create(const LoadedLevel& level,
+                                                         const GetProcAddress& getProcAddress) {
   Context context;
   auto tracer =
       RayTracer::create(level.scene, BakeOptions{}.embreeIsa, context, RayStructure::bundles, RayGeometry::fixed);
   if (!tracer) return tracer.error();
-  std::unique_ptr<ViewRecords> made(new ViewRecords(level, std::move(*tracer)));
+  std::unique_ptr<ViewRecords> made(new ViewRecords(level, std::move(*tracer), getProcAddress));
   made->map_ = mapSurfels(level.scene, level.bake, made->context_);
   return made;
 }
@@ -104,8 +105,28 @@ Result<std::unique_ptr<ViewRecords>> ViewRecords::create(const LoadedLevel& leve
 void ViewRecords::begin(const Sky& sky) {
   sky_ = sky;
   live_.emplace(tracer_, surfelLeaves(level_.scene, map_), sky, LivePreview::Options{});
+  isByGl_ = false;
   camera_.reset();
   radiance_.clear();
+}
+
+// Who splats. Another begins with the picture, of the records that there are.
+Status ViewRecords::choose(BackendKind backend) {
+  const bool byGl = backend == BackendKind::gl && !isGlOut_;
+  if (byGl == isByGl_) return done();
+  isByGl_ = false;
+  camera_.reset();
+  live_->drawBy(nullptr);
+  if (!byGl) return done();
+  if (!splats_) {
+    auto made = SplatsGl::create({getProcAddress_, true});
+    isGlOut_ = !made;
+    if (!made) return made.error();
+    splats_ = std::move(*made);
+  }
+  live_->drawBy(splats_.get());
+  isByGl_ = true;
+  return done();
 }
 
 bool ViewRecords::look(const FlyCamera& fly, std::uint32_t width, std::uint32_t height) {
@@ -137,16 +158,23 @@ bool ViewRecords::relight(const Relighter& relighter) {
   return true;
 }
 
-void ViewRecords::update(const ViewState& state, const Relighter& relighter, std::uint32_t width, std::uint32_t height,
-                         double frameSeconds) {
+Status ViewRecords::update(const ViewState& state, const Relighter& relighter, std::uint32_t width,
+                           std::uint32_t height, double frameSeconds) {
   using Clock = std::chrono::steady_clock;
   if (!live_ || !isSame(sky_, state.sky)) begin(state.sky);
+  const Status chosen = choose(state.relightBy.backend);
   const bool isRelit = relight(relighter), isMoved = look(state.camera, width, height);
   const double seconds = std::clamp(0.5 * frameSeconds, kFrameSeconds, 1.0);
   const auto most = static_cast<std::uint32_t>(kPerFrame * seconds / kFrameSeconds);
   const auto until = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
   const bool isMore = live_->fill(most, until, context_) > 0;
-  if (isRelit || isMoved || isMore) upload();
+  const std::optional<Error> failed = live_->takeDrawError();
+  if (failed) {
+    isGlOut_ = true;
+    isByGl_ = false;
+  }
+  if ((isRelit || isMoved || isMore) && !live_->isDrawn()) upload();
+  return failed ? Status(*failed) : chosen;
 }
 
 void ViewRecords::upload() {
@@ -182,7 +210,7 @@ void ViewRecords::upload() {
 std::string ViewRecords::glsl() { return kGlsl; }
 
 void ViewRecords::bind(const ViewRecords* light) {
-  const bool isThere = light != nullptr && light->live_ && light->light_.name() != 0;
+  const bool isThere = light != nullptr && light->live_ && light->light() != 0;
   glUniform2i(kSizeLocation, isThere ? static_cast<GLint>(light->live_->width()) : 0,
               isThere ? static_cast<GLint>(light->live_->height()) : 0);
   if (!isThere) return;
@@ -192,9 +220,9 @@ void ViewRecords::bind(const ViewRecords* light) {
               static_cast<float>(light->live_->height()) / static_cast<float>(std::max(viewport[3], 1)));
   glUniform1f(kHeightLocation, static_cast<float>(viewport[3]));
   glActiveTexture(GL_TEXTURE0 + kLightUnit);
-  glBindTexture(GL_TEXTURE_2D, light->light_.name());
+  glBindTexture(GL_TEXTURE_2D, light->light());
   glActiveTexture(GL_TEXTURE0 + kPlaceUnit);
-  glBindTexture(GL_TEXTURE_2D, light->place_.name());
+  glBindTexture(GL_TEXTURE_2D, light->place());
   glActiveTexture(GL_TEXTURE0);
 }
 

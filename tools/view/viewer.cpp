@@ -169,7 +169,7 @@ Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSiz
 Status Viewer::makeRecords() {
   if (records_) return done();
   if (live_) return Error{ErrorCode::unsupported, "records read a bake, and there is none"};
-  auto made = ViewRecords::create(*loaded_);
+  auto made = ViewRecords::create(*loaded_, options_.getProcAddress);
   if (!made) return made.error();
   records_ = std::move(*made);
   return done();
@@ -271,7 +271,8 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   if (isByRecords) {
     double frameMs = 0.0;
     for (const auto& [pass, ms] : times_) frameMs += pass == kRecordsPass ? 0.0 : ms;
-    records_->update(state, relighter(), width, height, 1e-3 * frameMs);
+    const Status splatted = records_->update(state, relighter(), width, height, 1e-3 * frameMs);
+    if (lit) lit = splatted;
   }
 
   // The level and what is laid over it

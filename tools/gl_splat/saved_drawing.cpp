@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// See saved_drawing.h.
+#include "tools/gl_splat/saved_drawing.h"
+
+namespace relume::gl {
+
+const std::array<GLenum, SavedDrawing::kSwitches> SavedDrawing::kOff = {
+    GL_DEPTH_TEST,     GL_STENCIL_TEST,   GL_CULL_FACE,      GL_RASTERIZER_DISCARD, GL_POLYGON_SMOOTH,
+    GL_CLIP_DISTANCE0, GL_CLIP_DISTANCE1, GL_CLIP_DISTANCE2, GL_CLIP_DISTANCE3,     GL_CLIP_DISTANCE4,
+    GL_CLIP_DISTANCE5, GL_CLIP_DISTANCE6, GL_CLIP_DISTANCE7};
+
+GLint SavedDrawing::getInteger(GLenum what) const {
+  GLint value = 0;
+  gl_.GetIntegerv(what, &value);
+  return value;
+}
+
+GLint SavedDrawing::getInteger(GLenum what, GLuint index) const {
+  GLint value = 0;
+  gl_.GetIntegeri_v(what, index, &value);
+  return value;
+}
+
+SavedDrawing::SavedDrawing(const Functions& gl, const DrawFunctions& draw)
+    : gl_(gl),
+      draw_(draw),
+      drawFramebuffer_(getInteger(GL_DRAW_FRAMEBUFFER_BINDING)),
+      readFramebuffer_(getInteger(GL_READ_FRAMEBUFFER_BINDING)),
+      vertexArray_(getInteger(GL_VERTEX_ARRAY_BINDING)),
+      scissor_(draw.IsEnabledi(GL_SCISSOR_TEST, 0)) {
+  gl_.GetIntegerv(GL_POLYGON_MODE, polygonMode_.data());
+  draw_.GetFloati_v(GL_VIEWPORT, 0, viewport_.data());
+  for (std::size_t i = 0; i < kSwitches; ++i) {
+    switch_[i] = draw_.IsEnabled(kOff[i]);
+    draw_.Disable(kOff[i]);
+  }
+  draw_.Disablei(GL_SCISSOR_TEST, 0);
+  draw_.PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+  for (GLuint i = 0; i < kTargets; ++i) {
+    target_[i] = {draw_.IsEnabledi(GL_BLEND, i),          getInteger(GL_BLEND_EQUATION_RGB, i),
+                  getInteger(GL_BLEND_EQUATION_ALPHA, i), getInteger(GL_BLEND_SRC_RGB, i),
+                  getInteger(GL_BLEND_DST_RGB, i),        getInteger(GL_BLEND_SRC_ALPHA, i),
+                  getInteger(GL_BLEND_DST_ALPHA, i),      {}};
+    draw_.GetBooleani_v(GL_COLOR_WRITEMASK, i, target_[i].mask.data());
+    draw_.ColorMaski(i, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  }
+  if (draw_.ClipControl == nullptr) return;
+  clipOrigin_ = getInteger(GL_CLIP_ORIGIN);
+  clipDepth_ = getInteger(GL_CLIP_DEPTH_MODE);
+  draw_.ClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
+}
+
+SavedDrawing::~SavedDrawing() {
+  if (draw_.ClipControl != nullptr)
+    draw_.ClipControl(static_cast<GLenum>(clipOrigin_), static_cast<GLenum>(clipDepth_));
+  for (GLuint i = 0; i < kTargets; ++i) {
+    const Target& t = target_[i];
+    (t.blends != GL_FALSE ? draw_.Enablei : draw_.Disablei)(GL_BLEND, i);
+    draw_.BlendEquationSeparatei(i, static_cast<GLenum>(t.colorEquation), static_cast<GLenum>(t.alphaEquation));
+    draw_.BlendFuncSeparatei(i, static_cast<GLenum>(t.colorSource), static_cast<GLenum>(t.colorDestination),
+                             static_cast<GLenum>(t.alphaSource), static_cast<GLenum>(t.alphaDestination));
+    draw_.ColorMaski(i, t.mask[0], t.mask[1], t.mask[2], t.mask[3]);
+  }
+  draw_.PolygonMode(GL_FRONT_AND_BACK, static_cast<GLenum>(polygonMode_[0]));
+  (scissor_ != GL_FALSE ? draw_.Enablei : draw_.Disablei)(GL_SCISSOR_TEST, 0);
+  for (std::size_t i = 0; i < kSwitches; ++i) (switch_[i] != GL_FALSE ? draw_.Enable : draw_.Disable)(kOff[i]);
+  draw_.ViewportIndexedfv(0, viewport_.data());
+  draw_.BindVertexArray(static_cast<GLuint>(vertexArray_));
+  draw_.BindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(readFramebuffer_));
+  draw_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, static_cast<GLuint>(drawFramebuffer_));
+}
+
+}  // namespace relume::gl
