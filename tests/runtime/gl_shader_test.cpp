@@ -200,6 +200,14 @@ TEST(Shaders, passTheReferenceCompiler) {
     const std::array<std::pair<std::string, std::string>, 1> defines{{{"RELUME_LANES", lanes}}};
     add("live_voxelise_large.comp", "comp", defines);
   }
+#ifdef RELUME_SPLAT_SHADERS
+  for (const char* stage : {"vert", "frag"}) {
+    add((std::string("splat_records.") + stage).c_str(), stage, {});
+    add((std::string("splat_picture.") + stage).c_str(), stage, {});
+  }
+  const std::array<std::pair<std::string, std::string>, 1> packed{{{"RELUME_SPLAT_PACKED", ""}}};
+  add("splat_picture.frag", "frag", packed);
+#endif
   add("live_raster.glsl", "frag", {}, "in vec3 p; void main() { relumeVoxelWrite(p); }\n");
   for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 3}, {4, 2}, {8, 8}}) {
     for (const bool irradianceOnMap : {false, true}) {
