@@ -1,22 +1,33 @@
 // SPDX-License-Identifier: MIT
-// What a live preview takes: records, relighting them, splatting them, and a camera that turns by 5 degrees.
+// What a live preview takes: records, relighting them, splatting them here and in OpenGL, and a camera that turns by 5
+// degrees.
 //
-//   bench_live_preview LEVEL.glb BAKE.relume CAMERA LIGHT[,LIGHT...] [WIDTH HEIGHT [ACCURACY [THREADS]]]
+//   bench_live_preview LEVEL.glb BAKE.relume CAMERA LIGHT[,LIGHT...] [WIDTH HEIGHT [ACCURACY [THREADS [RECORDS
+//   [ROUNDS]]]]]
 #include "bake/preview/live_preview.h"
+
+#include "bake/base/parallel.h"
 #include "relume/bake/context.h"
 #include "relume/bake/load_scene.h"
 #include "relume/bake_file.h"
 #include "tools/render/hit_light.h"
 #include "tools/render/relight_by_rays.h"
+#ifdef RELUME_BENCH_GL
+#include "tools/gl_scene/egl_context.h"
+#include "tools/gl_splat/splats_gl.h"
+#endif
 
+#include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -59,6 +70,68 @@ Frames fillAll(LivePreview& live, Context& context) {
   for (; !live.isComplete(); ++frames.frames) frames.records += live.fill(100, {}, context);
   frames.ms = msSince(begin);
   return frames;
+}
+
+// Splats of records that there are, by tiles.
+void splatByTiles(const LivePreview& live, const CameraRays& camera, std::span<const Record> records,
+                  const Interpolation& options, std::vector<Splat>& picture, Context& context) {
+  const RecordTiles tiles(camera, records, options);
+  parallelChunks(context, "", live.height(), 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin * live.width(); i < end * live.width(); ++i) {
+      const PixelReceiver& receiver = live.receivers()[i];
+      picture[i] = {};
+      if (receiver.normal == glm::vec3(0.0f)) continue;
+      picture[i] = tiles.splat(static_cast<std::uint32_t>(i % live.width()),
+                               static_cast<std::uint32_t>(i / live.width()), receiver);
+    }
+  });
+}
+
+void printTimes(const char* what, const Times& t) {
+  std::printf("    %s: %.1f ms (median %.1f, processor %.1f)\n", what, t.least, t.median, t.processor);
+}
+
+// The first records, by tiles and in OpenGL, which a call to finish waits for.
+void measureSplats(const LivePreview& live, const Camera& camera, const Interpolation& options, std::size_t most,
+                   Context& context) {
+  const std::vector<Record>& all = live.records().records();
+  const std::span<const Record> records = std::span(all).first(std::min(most, all.size()));
+  const CameraRays rays(camera, live.width(), live.height());
+  std::vector<Splat> here(live.receivers().size()), drawn(here.size());
+  const Times tiles = timesOf(15, [&] { splatByTiles(live, rays, records, options, here, context); });
+  std::printf("  splat of %zu records\n", records.size());
+  printTimes("tiles", tiles);
+#ifdef RELUME_BENCH_GL
+  const auto egl = EglContext::create();
+  if (!egl) return static_cast<void>(std::printf("    no OpenGL: %s\n", egl.error().message.c_str()));
+  const auto finish = reinterpret_cast<void (*)()>(EglContext::getProcAddress("glFinish"));
+  const auto made = SplatsGl::create({EglContext::getProcAddress});
+  if (!made) return static_cast<void>(std::printf("    no splats: %s\n", made.error().message.c_str()));
+  SplatsGl& gl = **made;
+  bool ok = true;
+  const auto timed = [&](const auto& work) {
+    return timesOf(15, [&] {
+      ok = work() && ok;
+      finish();
+    });
+  };
+  std::printf("    OpenGL: %s\n", egl->renderer().c_str());
+  printTimes("pixels sent", timed([&] { return bool(gl.look(rays, live.receivers())); }));
+  printTimes("records sent and drawn", timed([&] { return bool(gl.draw(records, options)); }));
+  printTimes("relit: light sent, and drawn", timed([&] { return bool(gl.relight(records)); }));
+  std::printf("      of %.2f MiB\n", static_cast<double>(gl.sentBytes()) / 1048576.0);
+  printTimes("picture read back", timed([&] { return bool(gl.read(drawn)); }));
+  double square = 0.0, sum = 0.0;
+  std::size_t apart = 0;
+  for (std::size_t i = 0; i < here.size(); ++i) {
+    const glm::vec3 d = here[i].reflected - drawn[i].reflected;
+    square += glm::dot(d, d);
+    sum += glm::dot(here[i].reflected, here[i].reflected);
+    apart += (here[i].weight > 0.0f) != (drawn[i].weight > 0.0f) ? 1 : 0;
+  }
+  std::printf("    apart by %.1e of the root mean square, %zu pixels lit by one alone%s\n", std::sqrt(square / sum),
+              apart, ok ? "" : "; a call failed");
+#endif
 }
 
 int measure(int argc, char** argv) {
@@ -121,6 +194,10 @@ int measure(int argc, char** argv) {
   const auto whole = timesOf(15, [&] { live.relight(radiance, context); });
   std::printf("  relight and splat of %zu records: %.1f ms (median %.1f, processor %.1f)\n", count, whole.least,
               whole.median, whole.processor);
+
+  Interpolation interpolation;
+  interpolation.accuracy = options.accuracy;
+  measureSplats(live, *camera, interpolation, static_cast<std::size_t>(std::atoi(number(9, "5000"))), context);
 
   Camera turned = *camera;
   turned.toWorld = turned.toWorld * glm::rotate(glm::mat4(1.0f), glm::radians(5.0f), glm::vec3(0, 1, 0));
