@@ -3,6 +3,8 @@
 // the caller brings one.
 #pragma once
 
+#include "bake/preview/mirror_surface.h"
+#include "bake/preview/radiance_records.h"
 #include "bake/preview/receiver.h"
 #include "bake/preview/record.h"
 #include "bake/preview/record_tiles.h"
@@ -10,6 +12,9 @@
 #include "bake/scene/camera_rays.h"
 #include "relume/result.h"
 
+#include <glm/vec3.hpp>
+
+#include <functional>
 #include <span>
 
 namespace relume {
@@ -31,5 +36,18 @@ class SplatDrawer {
   // What the pixels show. [Size pixels]
   [[nodiscard]] virtual Status read(std::span<Splat> picture) = 0;
 };
+
+// What a pixel's lobe mirrors, as mirroredLight() has it of RadianceRecords::splat().
+struct MirrorSplat {
+  glm::vec3 radiance{0.0f};  // [W/m²/sr]
+  float weight = 0.0f;       // sum of w_k; 0: no record reaches here
+};
+
+// Splat radiance records at the pixels whose receivers have a normal. records: those that `radiance` keeps.
+// [Size receivers = surfaces = picture = pixels of the camera]
+using DrawMirrors = std::function<Status(const CameraRays& camera, std::span<const PixelReceiver> receivers,
+                                         std::span<const MirrorSurface> surfaces, std::span<const Record> records,
+                                         const RadianceRecords& radiance, const Interpolation& options,
+                                         std::span<MirrorSplat> picture)>;
 
 }  // namespace relume

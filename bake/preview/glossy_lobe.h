@@ -43,6 +43,9 @@ class LobeTable {
   float integral(float exponent, float cosine) const;
 
   int order() const { return order_; }
+  // Of lobes whose r lies over +X, of the functions of m >= 0, by exponent, then angle. [Size kExponents * kAngles *
+  // order (order + 1) / 2]
+  std::span<const float> coefficients() const { return coefficients_; }
 
  private:
   struct Place {

@@ -38,6 +38,9 @@ class HshTilt {
   // Angles beyond the largest are read at it. `c` and `tilted` must not overlap. [angleRad >= 0] [Size order²]
   void apply(float angleRad, std::span<const float> c, std::span<float> tilted) const;
   int order() const { return order_; }
+  int maxDeg() const { return maxDeg_; }
+  // The matrices of each whole degree, row by row: of the functions of m >= 0, by l, then m, then of the others.
+  std::span<const float> tables() const { return tables_; }
 
  private:
   void makeTable(int deg);

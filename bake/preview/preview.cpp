@@ -202,6 +202,8 @@ struct Mirrors {
   std::optional<RadianceRecords> radiance;
   std::vector<Record> records;
   std::optional<RecordTiles> tiles;
+  Interpolation interpolation;
+  std::vector<MirrorSplat> drawn;  // by a rasteriser
 };
 
 // Bend the receivers' normals, and find those that need radiance records.
@@ -252,9 +254,9 @@ void placeMirrors(const RecordGatherer& gatherer, const CameraRays& camera, cons
   mirrors.radiance.emplace(gatherer.cells(), *mirrors.lobes, farthest, options.reach);
   const RecordKeeper keeper = mirrors.radiance->keeper(exponents);
   PreviewFrame timed;
-  const Interpolation interpolation =
+  mirrors.interpolation =
       place(gatherer, camera, mirrors.receivers, draw, &keeper, printed, mirrors.records, timed, context);
-  mirrors.tiles.emplace(camera, mirrors.records, interpolation);
+  mirrors.tiles.emplace(camera, mirrors.records, mirrors.interpolation);
   frame.glossyRecords = static_cast<std::uint32_t>(mirrors.records.size());
   frame.recordSeconds += timed.recordSeconds;
   frame.accuracy = std::max(frame.accuracy, timed.accuracy);
@@ -358,6 +360,13 @@ Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance&
   const RecordTiles tiles(camera, cache, interpolation);
   const auto centers = splatCenters(camera, lit, cache, tiles, scene.splat, interpolation, frame, context);
   if (!centers) return centers.error();
+  if (mirrors && scene.mirrors != nullptr) {
+    mirrors->drawn.resize(receivers.size());
+    if (Status ok = (*scene.mirrors)(camera, mirrors->receivers, mirrors->surfaces, mirrors->records,
+                                     *mirrors->radiance, mirrors->interpolation, mirrors->drawn);
+        !ok)
+      return ok.error();
+  }
   frame.splatSeconds = secondsSince(splatBegin);
   markRecords(cache, receivers, camera, frame);
   if (mirrors) markRecords(mirrors->records, receivers, camera, frame);
@@ -365,7 +374,7 @@ Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance&
   std::optional<MirrorInput> mirrored;
   if (mirrors)
     mirrored.emplace(MirrorInput{scene, *mirrors->radiance, mirrors->records, *mirrors->tiles, *mirrors->lobes,
-                                 reflected, scene.emissive, options.seed});
+                                 reflected, scene.emissive, options.seed, mirrors->drawn, mirrors->surfaces});
   shadeFrame({scene, options, camera, tiles, receivers, *centers, scene.emissive ? &emitters : nullptr,
               mirrored ? &*mirrored : nullptr},
              frame, context);

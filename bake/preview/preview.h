@@ -57,6 +57,7 @@ struct PreviewScene {
   const Sky& sky;
   const DrawHemispheres* draw = nullptr;  // what draws records' surroundings; null: rays look around
   SplatDrawer* splat = nullptr;           // what draws records at the pixels' centres; null: RecordTiles
+  const DrawMirrors* mirrors = nullptr;   // what draws radiance records there; null: RadianceRecords
 };
 
 // Pixel means by a box filter, row 0 on top [Size width * height]; radiances [W/m²/sr] are with albedo.
@@ -89,7 +90,8 @@ struct PreviewFrame {
 // Render a frame. `cache`: records of frames before, of the same scene, lights and options but for the camera; those
 // that this one needs in addition are appended. The same picture at any thread count, but with a time limit, which
 // makes records coarse to fine and keeps the finest that is complete.
-// usage: an option out of range, or a fan that is to be drawn; failed: cancelled. Errors of PreviewScene::splat.
+// usage: an option out of range, or a fan that is to be drawn; failed: cancelled. Errors of PreviewScene::splat and
+// mirrors.
 Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance& reflected,
                                    const PreviewOptions& options, std::vector<Record>& cache, Context& context);
 

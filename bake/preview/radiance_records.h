@@ -46,6 +46,12 @@ class RadianceRecords {
   // guarded records reach no farther than their own pixel's allows. Kept by reference.
   RecordKeeper keeper(std::span<const float> exponents);
 
+  // What rasterisers splat by: the records' light, the frames of their cells, and what turns and reads it.
+  std::span<const float> coefficients() const { return coefficients_; }  // [Size records * hshRecordSize()]
+  std::span<const glm::mat3> frames() const { return frames_; }          // [Size records]
+  const HshTilt& tilt() const { return tilt_; }
+  const LobeTable& lobes() const { return lobes_; }
+
   // RCS Eq. (1) over coefficients: each record's are extrapolated by their gradient, then turned into the frame of the
   // receiver. `tiles` are of the records that were kept.
   void splat(const RecordTiles& tiles, std::span<const Record> records, std::uint32_t x, std::uint32_t y,

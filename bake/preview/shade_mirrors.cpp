@@ -5,6 +5,8 @@
 #include "bake/base/random.h"
 #include "bake/reference/path_tracer.h"
 
+#include <glm/geometric.hpp>
+
 #include <cmath>
 
 namespace relume {
@@ -12,6 +14,13 @@ namespace {
 
 constexpr std::uint32_t kStage = 0x7263736c;     // the random streams' stage
 constexpr std::uint64_t kMirrored = 1ull << 41;  // makes items of mirrored rays
+constexpr float kSameAxis = 0.9999f;             // cosine of 0.8 degrees, a tenth of the sharpest lobe's
+constexpr float kSameExponent = 0.01f;           // of it
+
+// Whether two lobes are alike enough to mirror the same.
+bool isSameLobe(const MirrorSurface& a, const MirrorSurface& b) {
+  return glm::dot(a.axis, b.axis) > kSameAxis && std::abs(a.exponent - b.exponent) <= kSameExponent * a.exponent;
+}
 
 }  // namespace
 
@@ -19,6 +28,9 @@ MirroredLight MirrorShader::light(std::uint32_t x, std::uint32_t y, std::size_t 
                                   const PixelReceiver& receiver, const PixelReceiver* center,
                                   const MirrorSurface& mirror, Scratch& scratch) const {
   if (!mirror.byRecords()) return {alongLobe(item, receiver, mirror), true};
+  if (center != nullptr && !in_.drawn.empty() && in_.drawn[pixel].weight > 0.0f &&
+      isSameLobe(in_.surfaces[pixel], mirror))
+    return {in_.drawn[pixel].radiance, false};
   RadianceSplat* splat = &scratch.own;
   if (center != nullptr) {
     splat = &scratch.center;

@@ -2,6 +2,7 @@
 // What a sub-pixel's surface mirrors: of wide lobes by radiance records, of sharp ones along a ray.
 #pragma once
 
+#include "bake/preview/draw_splats.h"
 #include "bake/preview/hit_radiance.h"
 #include "bake/preview/mirror_surface.h"
 #include "bake/preview/preview.h"
@@ -23,6 +24,9 @@ struct MirrorInput {
   const HitRadiance& reflected;  // what a ray finds
   bool emissive;                 // emitting surfaces are on
   std::uint64_t seed;
+  // What a rasteriser has drawn of the lobes at the pixels' centres. Empty: nothing. [Size drawn = surfaces = pixels]
+  std::span<const MirrorSplat> drawn{};
+  std::span<const MirrorSurface> surfaces{};
 };
 
 struct MirroredLight {
@@ -40,8 +44,8 @@ class MirrorShader {
 
   explicit MirrorShader(const MirrorInput& input) : in_(input) {}
 
-  // Mean radiance in the lobe. item: for random
-  // numbers, each sub-pixel has its own. center: of the pixel, where the sub-pixel shows the same surface; else null.
+  // Mean radiance in the lobe. item: for random numbers, each sub-pixel has its own. center: of the pixel, where the
+  // sub-pixel shows the same surface; else null. What is drawn counts for lobes that are all but the centre's.
   MirroredLight light(std::uint32_t x, std::uint32_t y, std::size_t pixel, std::uint64_t item,
                       const PixelReceiver& receiver, const PixelReceiver* center, const MirrorSurface& mirror,
                       Scratch& scratch) const;

@@ -159,9 +159,14 @@
 #define RELUME_SPLAT_AT_NEAR 3      // [m] R_k where neighbour clamping asks for it, else 0
 #define RELUME_SPLAT_AT_LIGHT 4     // nine vec4: splat_records.frag
 #define RELUME_SPLAT_LIGHTS 9
+#define RELUME_SPLAT_MIRROR_LIGHTS 2  // of a radiance record: tangent, its number; bitangent
 #define RELUME_SPLAT_UNIT_PLACE 12    // [m] xyz position, w width of a pixel
 #define RELUME_SPLAT_UNIT_FACING 13   // xyz normal, 0 where nothing is seen; w [m] occluder
 #define RELUME_SPLAT_UNIT_LIT 14      // xyz normal that light is read for
+#define RELUME_SPLAT_UNIT_LOBE 14     // xyz axis, w exponent
+#define RELUME_SPLAT_SLOT_RADIANCE 0  // 9 order² floats a radiance record: bake/preview/hsh_cells.h
+#define RELUME_SPLAT_SLOT_TILTS 1     // HshTilt::tables()
+#define RELUME_SPLAT_SLOT_LOBES 2     // LobeTable::coefficients()
 #define RELUME_SPLAT_UNIT_SUM 12      // picture: xyz sum of w_k E'_k reflected, w sum of w_k
 #define RELUME_SPLAT_UNIT_SUM_SKY 14  // picture: of light from the sky
 #define RELUME_SPLAT_AT_SIZE 0        // vec2 [pixel] of the targets
@@ -169,6 +174,7 @@
 #define RELUME_SPLAT_AT_WEIGHT 2      // int: RecordWeight of bake/preview/weights.h
 #define RELUME_SPLAT_AT_GUARDED 3     // bool: RecordReach::guarded
 #define RELUME_SPLAT_AT_GRADIENTS 4   // bool
+#define RELUME_SPLAT_AT_MAX_TILT 5    // int [degrees]
 #define RELUME_SPLAT_SMOOTH 0
 #define RELUME_SPLAT_WARD 1
 #define RELUME_SPLAT_TABELLION 2

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: MIT
 // Splats by OpenGL as a guest of a host's: what they leave alone, what they make, and errors that say what is wrong.
+#include "tools/gl_splat/mirror_splats_gl.h"
 #include "tools/gl_splat/splats_gl.h"
 
+#include "bake/preview/hemisphere_cells.h"
+#include "bake/preview/radiance_records.h"
+#include "relume/bake/context.h"
 #include "tests/gl_splat/splat_view.h"
 #include "tests/runtime/gl_test_support.h"
 
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <string>
@@ -46,9 +51,12 @@ struct OddState {
     glBindVertexArray(vertexArray);
     glBindBuffer(GL_ARRAY_BUFFER, buffer);
     glBindBuffer(GL_COPY_WRITE_BUFFER, buffer);
+    glBufferData(GL_COPY_WRITE_BUFFER, 64, nullptr, GL_STATIC_DRAW);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, buffer);
     glViewportIndexedf(0, 1.5f, 2.0f, 3.0f, 4.0f);
     glScissor(0, 0, 1, 1);
     for (const GLenum what : kSwitches) glEnable(what);
+    glDisablei(GL_SCISSOR_TEST, 2);
     glEnablei(GL_BLEND, 0);
     glDisablei(GL_BLEND, 1);
     glBlendEquationi(0, GL_FUNC_SUBTRACT);
@@ -103,6 +111,11 @@ struct OddState {
     glGetFloati_v(GL_VIEWPORT, 0, viewport.data());
     state.push_back(static_cast<GLint64>(10.0f * viewport[0]));
     for (const GLenum what : kSwitches) state.push_back(glIsEnabled(what));
+    for (GLuint i = 0; i < 4; ++i) {
+      state.push_back(glIsEnabledi(GL_SCISSOR_TEST, i));
+      glGetIntegeri_v(GL_SHADER_STORAGE_BUFFER_BINDING, i, value.data());
+      state.push_back(value[0]);
+    }
     for (GLuint i = 0; i < 2; ++i) {
       state.push_back(glIsEnabledi(GL_BLEND, i));
       for (const GLenum what : {GL_BLEND_EQUATION_RGB, GL_BLEND_EQUATION_ALPHA, GL_BLEND_SRC_RGB, GL_BLEND_DST_RGB,
@@ -151,6 +164,27 @@ TEST_F(SplatsGlHost, findTheirWayThroughAnyStateAndPutItBack) {
   EXPECT_LE(d.rms, 1e-5);
   EXPECT_EQ(d.apart, 0u);
   EXPECT_GT(d.lit, 1000u);
+}
+
+TEST_F(SplatsGlHost, mirrorsPutItBackAsWell) {
+  const SplatView view(48, 32);
+  std::vector<Record> records = strewn(view, 40);
+  Context context;
+  const HemisphereCells cells = fanCells(256);
+  const LobeTable lobes(2, LobeKind::mean, context);
+  RadianceRecords radiance(cells, lobes, 0.15f, RecordReach::guarded);
+  radiance.keeper({}).resize(records.size());
+  std::vector<MirrorSurface> surfaces(view.receivers.size());
+  std::vector<MirrorSplat> picture(surfaces.size());
+  const OddState odd;
+  const std::vector<GLint64> before = OddState::snapshot();
+  const auto gl = MirrorSplatsGl::create(EglContext::getProcAddress, 2);
+  ASSERT_TRUE(gl) << gl.error().message;
+  EXPECT_EQ(OddState::snapshot(), before) << "create()";
+  const Status ok = (*gl)->draw(view.rays, view.receivers, surfaces, records, radiance, {}, picture);
+  EXPECT_TRUE(ok) << ok.error().message;
+  EXPECT_EQ(OddState::snapshot(), before) << "draw()";
+  EXPECT_GT(std::count_if(picture.begin(), picture.end(), [](const MirrorSplat& s) { return s.weight > 0.0f; }), 100);
 }
 
 int objects = 0;  // made by the functions below

@@ -185,6 +185,24 @@ TEST_F(PreviewCommand, openGlSplatsAsTheProcessorDoes) {
   EXPECT_EQ(gl["hemispheres"], "cpu") << "rays look around";
 }
 
+// What surfaces mirror is that of the pixels' centres, where their lobes are alike.
+TEST_F(PreviewCommand, openGlSplatsWhatSurfacesMirror) {
+  const auto draw = [&](const char* backend) {
+    return preview({"--camera", "cam_hall", "--lights", "spot", "--source", "direct", "--gloss", "--aov", "glossy",
+                    "--samples", "2", "--backend", backend, "--json"});
+  };
+  const ProgramResult byCpu = draw("cpu");
+  ASSERT_EQ(byCpu.status, 0) << byCpu.err;
+  std::filesystem::rename(image(), folder_ / "cpu.exr");
+  const ProgramResult byGl = draw("gl");
+  if (byGl.status == 5) GTEST_SKIP() << byGl.err;
+  ASSERT_EQ(byGl.status, 0) << byGl.err;
+  const double difference = differenceOf(image(), folder_ / "cpu.exr", "");
+  EXPECT_LT(difference, 0.01);
+  EXPECT_GT(difference, 0.0) << "OpenGL did draw";
+  EXPECT_GT(nlohmann::json::parse(byGl.out)["glossyRecords"].get<int>(), 10);
+}
+
 TEST_F(PreviewCommand, thePapersReachMakesFewerRecords) {
   const auto records = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments{"--camera", "cam_hall", "--lights", "spot",  "--source",

@@ -207,6 +207,11 @@ TEST(Shaders, passTheReferenceCompiler) {
   }
   const std::array<std::pair<std::string, std::string>, 1> packed{{{"RELUME_SPLAT_PACKED", ""}}};
   add("splat_picture.frag", "frag", packed);
+  for (const char* order : {"1", "2", "10"}) {
+    const std::array<std::pair<std::string, std::string>, 1> mirrors{{{"RELUME_SPLAT_ORDER", order}}};
+    add("splat_records.vert", "vert", mirrors);
+    for (const char* fragment : {"splat_mirrors.frag", "splat_picture.frag"}) add(fragment, "frag", mirrors);
+  }
 #endif
   add("live_raster.glsl", "frag", {}, "in vec3 p; void main() { relumeVoxelWrite(p); }\n");
   for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {3, 3}, {4, 2}, {8, 8}}) {

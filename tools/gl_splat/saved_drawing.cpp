@@ -27,14 +27,17 @@ SavedDrawing::SavedDrawing(const Functions& gl, const DrawFunctions& draw)
       drawFramebuffer_(getInteger(GL_DRAW_FRAMEBUFFER_BINDING)),
       readFramebuffer_(getInteger(GL_READ_FRAMEBUFFER_BINDING)),
       vertexArray_(getInteger(GL_VERTEX_ARRAY_BINDING)),
-      scissor_(draw.IsEnabledi(GL_SCISSOR_TEST, 0)) {
+      scissors_(static_cast<std::size_t>(getInteger(GL_MAX_VIEWPORTS))) {
   gl_.GetIntegerv(GL_POLYGON_MODE, polygonMode_.data());
   draw_.GetFloati_v(GL_VIEWPORT, 0, viewport_.data());
   for (std::size_t i = 0; i < kSwitches; ++i) {
     switch_[i] = draw_.IsEnabled(kOff[i]);
     draw_.Disable(kOff[i]);
   }
-  draw_.Disablei(GL_SCISSOR_TEST, 0);
+  for (std::size_t i = 0; i < scissors_.size(); ++i)
+    scissors_[i] = draw_.IsEnabledi(GL_SCISSOR_TEST, static_cast<GLuint>(i)) != GL_FALSE;
+  // All of them: with that of viewport 0 alone off, Mesa 22.3's llvmpipe was seen to draw nothing.
+  draw_.Disable(GL_SCISSOR_TEST);
   draw_.PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
   for (GLuint i = 0; i < kTargets; ++i) {
     target_[i] = {draw_.IsEnabledi(GL_BLEND, i),          getInteger(GL_BLEND_EQUATION_RGB, i),
@@ -62,7 +65,9 @@ SavedDrawing::~SavedDrawing() {
     draw_.ColorMaski(i, t.mask[0], t.mask[1], t.mask[2], t.mask[3]);
   }
   draw_.PolygonMode(GL_FRONT_AND_BACK, static_cast<GLenum>(polygonMode_[0]));
-  (scissor_ != GL_FALSE ? draw_.Enablei : draw_.Disablei)(GL_SCISSOR_TEST, 0);
+  for (std::size_t i = 0; i < scissors_.size(); ++i) {
+    if (scissors_[i]) draw_.Enablei(GL_SCISSOR_TEST, static_cast<GLuint>(i));
+  }
   for (std::size_t i = 0; i < kSwitches; ++i) (switch_[i] != GL_FALSE ? draw_.Enable : draw_.Disable)(kOff[i]);
   draw_.ViewportIndexedfv(0, viewport_.data());
   draw_.BindVertexArray(static_cast<GLuint>(vertexArray_));

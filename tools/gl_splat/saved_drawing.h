@@ -6,12 +6,13 @@
 
 #include <array>
 #include <cstddef>
+#include <vector>
 
 namespace relume::gl {
 
 // Remembers on construction and restores on destruction: both framebuffers, the vertex array, viewport 0, the clip
 // control, the polygon mode; of draw buffers 0 and 1 the blending and its functions and the colour mask; and what it
-// turns off: depth and stencil test, culling, scissor 0, clip distances, smooth polygons, and the discarding of all
+// turns off: depth and stencil test, culling, scissors, clip distances, smooth polygons, and the discarding of all
 // that is drawn.
 class SavedDrawing {
  public:
@@ -39,7 +40,7 @@ class SavedDrawing {
   GLint drawFramebuffer_ = 0, readFramebuffer_ = 0, vertexArray_ = 0, clipOrigin_ = 0, clipDepth_ = 0;
   std::array<GLint, 2> polygonMode_{};  // of the front, which is that of both in core contexts
   std::array<GLfloat, 4> viewport_{};
-  GLboolean scissor_ = GL_FALSE;
+  std::vector<bool> scissors_;  // of each viewport
   std::array<GLboolean, kSwitches> switch_{};
   std::array<Target, kTargets> target_;
 };

@@ -3,6 +3,7 @@
 #include "tools/render/preview_splats_gl.h"
 
 #include "tools/gl_scene/egl_context.h"
+#include "tools/gl_splat/mirror_splats_gl.h"
 #include "tools/gl_splat/splats_gl.h"
 
 #include <utility>
@@ -39,10 +40,24 @@ class OwnSplats final : public SplatDrawer {
     context_.makeCurrent();
     return splats_->read(picture);
   }
+  Status drawMirrors(const CameraRays& camera, std::span<const PixelReceiver> receivers,
+                     std::span<const MirrorSurface> surfaces, std::span<const Record> records,
+                     const RadianceRecords& radiance, const Interpolation& options, std::span<MirrorSplat> picture) {
+    context_.makeCurrent();
+    if (!mirrors_ || order_ != radiance.order()) {
+      auto made = MirrorSplatsGl::create(EglContext::getProcAddress, radiance.order());
+      if (!made) return made.error();
+      mirrors_ = std::move(*made);
+      order_ = radiance.order();
+    }
+    return mirrors_->draw(camera, receivers, surfaces, records, radiance, options, picture);
+  }
 
  private:
   EglContext context_;
-  std::unique_ptr<SplatsGl> splats_;  // goes before its context does
+  std::unique_ptr<SplatsGl> splats_;         // go before their context does
+  std::unique_ptr<MirrorSplatsGl> mirrors_;  // of an order
+  int order_ = 0;
 };
 
 }  // namespace
@@ -54,7 +69,14 @@ Result<GlPreviewSplats> splatPreviewByGl() {
   if (!splats) return splats.error();
   GlPreviewSplats made;
   made.renderer = context->renderer();
-  made.drawer = std::make_unique<OwnSplats>(std::move(*context), std::move(*splats));
+  const auto own = std::make_shared<OwnSplats>(std::move(*context), std::move(*splats));
+  made.drawer = own;
+  made.mirrors = [own](const CameraRays& camera, std::span<const PixelReceiver> receivers,
+                       std::span<const MirrorSurface> surfaces, std::span<const Record> records,
+                       const RadianceRecords& radiance, const Interpolation& interpolation,
+                       std::span<MirrorSplat> picture) {
+    return own->drawMirrors(camera, receivers, surfaces, records, radiance, interpolation, picture);
+  };
   return made;
 }
 

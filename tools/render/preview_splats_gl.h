@@ -11,8 +11,9 @@
 namespace relume {
 
 struct GlPreviewSplats {
-  std::unique_ptr<SplatDrawer>
-      drawer;            // owns its OpenGL context and makes it current; for the thread that made it alone
+  // Both own an OpenGL context and make it current; for the thread that made them alone.
+  std::shared_ptr<SplatDrawer> drawer;
+  DrawMirrors mirrors;
   std::string renderer;  // what OpenGL calls itself
 };
 

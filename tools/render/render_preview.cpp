@@ -133,9 +133,10 @@ Result<RenderedFrame> renderPreviewFrame(const RayTracer& transport, const RayTr
 
   // 2. Records and the picture
   std::vector<Record> cache;
-  auto preview = renderPreview({transport, drawn, asked.camera, asked.lights, asked.drawsEmission(), asked.sky,
-                                request.drawn ? &hemispheres.draw : nullptr, splats.drawer.get()},
-                               reflected, optionsOf(request), cache, context);
+  auto preview = renderPreview(
+      {transport, drawn, asked.camera, asked.lights, asked.drawsEmission(), asked.sky,
+       request.drawn ? &hemispheres.draw : nullptr, splats.drawer.get(), request.splatted ? &splats.mirrors : nullptr},
+      reflected, optionsOf(request), cache, context);
   if (!preview) return preview.error();
   report.records = preview->records;
   report.glossyRecords = preview->glossyRecords;
