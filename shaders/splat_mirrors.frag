@@ -100,40 +100,43 @@ mat3 frameAbout(vec3 n) {
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   vec4 facing = texelFetch(relumeFacing, pixel, 0);
-  if (facing.xyz == vec3(0.0)) discard;
   vec3 offset = texelFetch(relumePlace, pixel, 0).xyz - recordPosition.xyz;
-  float w = weightOf(offset, facing.xyz, facing.w);
-  if (!(w > 0.0)) discard;
-
-  vec3 n = recordNormal.xyz, tangent = recordLight[0].xyz, bitangent = recordLight[1].xyz;
-  mat3 frame = frameAbout(facing.xyz);
-  vec4 mirror = texelFetch(relumeLobe, pixel, 0);
-  readLobe(mirror.w, mirror.xyz * frame);
-
-  // Toward where the receiver's normal leans: +X of both frames, between which there is then a tilt about +Y alone.
-  float cosine = clamp(dotOf(n, frame[2]), -1.0, 1.0);
-  vec3 across = frame[2] - cosine * n;
-  float sine = length(across);
-  bool tilts = sine > kUntilted;
-  vec3 lean = tilts ? across / sine : normalize(frame[0] - n * dotOf(frame[0], n));
-  vec3 leanHere = tilts ? cosine * lean - sine * n : frame[0];
-  turnLobe(dotOf(leanHere, frame[0]), dotOf(leanHere, frame[1]));
-  if (tilts) tiltLobe(atan(sine, cosine));
-  turnLobe(dotOf(lean, tangent), -dotOf(lean, bitangent));
-
-  offset *= recordNormal.w;
-  vec2 along = vec2(dotOf(offset, tangent), dotOf(offset, bitangent));
-  int first = int(recordLight[0].w) * 9 * kCount;
+  float squared, w = 0.0;
+  if (isReached(offset, squared) && facing.xyz != vec3(0.0)) w = weightOf(offset, squared, facing.xyz, facing.w);
   vec3 light = vec3(0.0);
-  for (int c = 0; c < 3; ++c) {
-    float sum = 0.0;
-    for (int i = 0; i < kCount; ++i) {
-      int at = first + c * kCount + i;
-      sum += lobe[i] * (relumeRadiance[at] + along.x * relumeRadiance[at + 3 * kCount] +
-                        along.y * relumeRadiance[at + 6 * kCount]);
+  // Once or never: splat_records.frag says why this is a loop.
+  int count = w > 0.0 ? 1 : 0;
+  for (int once = 0; once < count; ++once) {
+    vec3 n = recordNormal.xyz, tangent = recordLight[0].xyz, bitangent = recordLight[1].xyz;
+    mat3 frame = frameAbout(facing.xyz);
+    vec4 mirror = texelFetch(relumeLobe, pixel, 0);
+    readLobe(mirror.w, mirror.xyz * frame);
+
+    // Toward where the receiver's normal leans: +X of both frames, between which there is then a tilt about +Y alone.
+    float cosine = clamp(dotOf(n, frame[2]), -1.0, 1.0);
+    vec3 across = frame[2] - cosine * n;
+    float sine = length(across);
+    bool tilts = sine > kUntilted;
+    vec3 lean = tilts ? across / sine : normalize(frame[0] - n * dotOf(frame[0], n));
+    vec3 leanHere = tilts ? cosine * lean - sine * n : frame[0];
+    turnLobe(dotOf(leanHere, frame[0]), dotOf(leanHere, frame[1]));
+    if (tilts) tiltLobe(atan(sine, cosine));
+    turnLobe(dotOf(lean, tangent), -dotOf(lean, bitangent));
+
+    offset *= recordNormal.w;
+    vec2 along = vec2(dotOf(offset, tangent), dotOf(offset, bitangent));
+    int first = int(recordLight[0].w) * 9 * kCount;
+    for (int c = 0; c < 3; ++c) {
+      float sum = 0.0;
+      for (int i = 0; i < kCount; ++i) {
+        int at = first + c * kCount + i;
+        sum += lobe[i] * (relumeRadiance[at] + along.x * relumeRadiance[at + 3 * kCount] +
+                          along.y * relumeRadiance[at + 6 * kCount]);
+      }
+      light[c] = sum;
     }
-    light[c] = sum;
   }
+  if (!(w > 0.0)) discard;
   lightSum = vec4(w * light, w);
   uniformSum = vec4(w * sqrt(2.0 * kPi) * lobe[0], 0.0, 0.0, 0.0);
 }

@@ -24,12 +24,17 @@ float dotOf(vec3 a, vec3 b) {
 // As std::max() has it, of what is no number as well.
 float larger(float a, float b) { return a < b ? b : a; }
 
-// 0 where the record has no say. offset [m]: the receiver less p_k.
-float weightOf(vec3 offset, vec3 normal, float occluder) {
+// Whether a receiver is within the record's reach. offset [m]: the receiver less p_k; squared [m²]: its length's.
+bool isReached(vec3 offset, out float squared) {
+  precise float sum = dotOf(offset, offset);
+  precise float reach2 = recordPosition.w * recordPosition.w;
+  squared = sum;
+  return squared <= reach2;
+}
+
+// Of a receiver that is; 0 where the record has no say.
+float weightOf(vec3 offset, float squared, vec3 normal, float occluder) {
   float a = accuracy, reach = recordPosition.w;
-  precise float squared = dotOf(offset, offset);
-  precise float reach2 = reach * reach;
-  if (!(squared <= reach2)) return 0.0;
   precise float turn = larger(0.0, 1.0 - dotOf(normal, recordNormal.xyz));
   precise float accuracy2 = a * a;
   if (turn > accuracy2 && weightKind != RELUME_SPLAT_TABELLION) return 0.0;
