@@ -136,7 +136,7 @@ TEST_F(MirrorSplats, areTheCpusAtEveryOrder) {
 
 TEST_F(MirrorSplats, sizesAndOrdersThatDoNotFitAreNamed) {
   Context context;
-  const auto expectError = [](const Status& status, ErrorCode code, const std::string& part) {
+  const auto expectRefusal = [](const Status& status, ErrorCode code, const std::string& part) {
     ASSERT_FALSE(status);
     EXPECT_EQ(status.error().code, code);
     EXPECT_NE(status.error().message.find(part), std::string::npos) << status.error().message;
@@ -180,14 +180,14 @@ TEST_F(MirrorSplats, sizesAndOrdersThatDoNotFitAreNamed) {
     return (*gl)->draw(room.camera, room.receivers, std::span(room.surfaces).first(surfaces), list, by, {}, picture);
   };
   const std::size_t all = room.surfaces.size();
-  expectError(draw(radiance, 0, 5), ErrorCode::usage, "5 pixels");
-  expectError(draw(other, 0, all), ErrorCode::usage, "order 2, expected 3");
-  expectError(draw(radiance, 1, all), ErrorCode::usage, "1 records, and radiance of 0");
+  expectRefusal(draw(radiance, 0, 5), ErrorCode::usage, "5 pixels");
+  expectRefusal(draw(other, 0, all), ErrorCode::usage, "order 2, expected 3");
+  expectRefusal(draw(radiance, 1, all), ErrorCode::usage, "1 records, and radiance of 0");
   picture[7].weight = 1.0f;
   EXPECT_TRUE(draw(radiance, 0, all)) << "no record is none at any pixel";
   EXPECT_EQ(picture[7].weight, 0.0f);
   radiance.keeper(room.exponents).resize(2);
-  expectError(draw(radiance, 2, all), ErrorCode::unsupported, "648 bytes; this OpenGL's storage buffers hold 500");
+  expectRefusal(draw(radiance, 2, all), ErrorCode::unsupported, "648 bytes; this OpenGL's storage buffers hold 500");
 }
 
 }  // namespace
