@@ -14,10 +14,6 @@
 namespace relume {
 namespace {
 
-// What covers the same half of a cone at each step hides all of it in the end, so that walls beside a receiver hide too
-// much; of narrower cones less. A lobe of narrower ones shows them one by one.
-constexpr float kNarrow = 0.6f;
-
 constexpr double kGolden = 2.399963229728653;  // the golden angle
 
 // Cone `i` of a Vogel spiral about +z, so wide that its cap has the solid angle 2 pi (1 - cos) = `solidAngle`.
@@ -91,7 +87,7 @@ glm::vec3 ConeTracer::glossy(const glm::vec3& positionWorld, const glm::vec3& no
 Gathered ConeTracer::hemisphereCone(std::uint32_t which, const glm::vec3& positionWorld, const glm::vec3& plane,
                                     const glm::mat3& frame, float falloff) const {
   const LocalCone& cone = hemisphereCones()[which];
-  Cone world{positionWorld, plane, frame * cone.direction, kNarrow * cone.spread};
+  Cone world{positionWorld, plane, frame * cone.direction, kNarrowHemisphereCone * cone.spread};
   // Below the plane there is the surface itself.
   if (glm::dot(world.direction, plane) <= 0.0f) return {glm::vec3(0.0f), 1.0f};
   world.falloff = falloff;

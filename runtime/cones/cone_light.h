@@ -21,6 +21,9 @@ namespace relume {
 
 inline constexpr std::uint32_t kHemisphereCones = 25;  // VCT Section 4.2: 5 x 5
 inline constexpr std::uint32_t kLobeCones = 7;
+// What covers the same half of a cone at each step hides all of it in the end, so that walls beside a receiver hide too
+// much; of narrower cones less. A lobe of narrower ones shows them one by one.
+inline constexpr float kNarrowHemisphereCone = 0.6f;  // of its spread
 
 // One of the cones of a hemisphere or lobe.
 struct LocalCone {

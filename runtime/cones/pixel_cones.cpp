@@ -26,31 +26,6 @@ constexpr float kSigma = 4.0f;                           // [pixels]
 
 Error pixelConesError(const std::string& what) { return {ErrorCode::usage, "cones of pixels: " + what}; }
 
-Status checkPixels(const PixelReceivers& p) {
-  if (p.width < 1 || p.width > 16384 || p.height < 1 || p.height > 16384)
-    return pixelConesError(std::to_string(p.width) + " x " + std::to_string(p.height) +
-                           " pixels, expected 1 to 16384 each way");
-  const std::size_t count = std::size_t{p.width} * p.height;
-  for (const std::size_t size : {p.positionWorld.size(), p.plane.size(), p.normal.size(), p.depth.size()}) {
-    if (size != count)
-      return pixelConesError("an image has " + std::to_string(size) + " pixels, expected " + std::to_string(count));
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    if (p.depth[i] == 0.0f) continue;
-    if (!(p.depth[i] > 0.0f && p.depth[i] <= kMaxCoordinate) || !isWithin(p.positionWorld[i], kMaxCoordinate) ||
-        !isWithin(p.plane[i], 2.0f) || !isWithin(p.normal[i], 2.0f))
-      return pixelConesError("pixel " + std::to_string(i) +
-                             " has a position, normal or depth that is out of range or not finite");
-  }
-  for (int c = 0; c < 4; ++c) {
-    for (int r = 0; r < 4; ++r) {
-      if (!std::isfinite(p.clipFromWorld[c][r]))
-        return pixelConesError("clipFromWorld has a number that is not finite");
-    }
-  }
-  return done();
-}
-
 // Whether two places are of one surface: their normals agree, and each lies in the plane of the other.
 bool isSame(const glm::vec3& position, const glm::vec3& normal, float depth, const glm::vec3& otherPosition,
             const glm::vec3& otherNormal, float otherDepth) {
@@ -199,10 +174,44 @@ glm::vec4 limited(const Picture& picture, std::span<const glm::vec4> light, cons
 
 }  // namespace
 
-Result<PixelCones> PixelCones::create(const PixelConeOptions& options) {
+Status checkPixelConeOptions(const PixelConeOptions& options) {
   if (options.mostFrames < 1 || options.mostFrames > 1024)
     return pixelConesError(std::to_string(options.mostFrames) + " frames to keep, expected 1 to 1024");
   if (!(options.falloff >= 0.0f && options.falloff <= 1e6f)) return pixelConesError("falloff is outside of 0 to 1e6");
+  return done();
+}
+
+Status checkPixelFrame(std::uint32_t width, std::uint32_t height, const glm::mat4& clipFromWorld) {
+  if (width < 1 || width > 16384 || height < 1 || height > 16384)
+    return pixelConesError(std::to_string(width) + " x " + std::to_string(height) +
+                           " pixels, expected 1 to 16384 each way");
+  for (int c = 0; c < 4; ++c) {
+    for (int r = 0; r < 4; ++r) {
+      if (!std::isfinite(clipFromWorld[c][r])) return pixelConesError("clipFromWorld has a number that is not finite");
+    }
+  }
+  return done();
+}
+
+Status checkPixels(const PixelReceivers& p) {
+  if (Status ok = checkPixelFrame(p.width, p.height, p.clipFromWorld); !ok) return ok;
+  const std::size_t count = std::size_t{p.width} * p.height;
+  for (const std::size_t size : {p.positionWorld.size(), p.plane.size(), p.normal.size(), p.depth.size()}) {
+    if (size != count)
+      return pixelConesError("an image has " + std::to_string(size) + " pixels, expected " + std::to_string(count));
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    if (p.depth[i] == 0.0f) continue;
+    if (!(p.depth[i] > 0.0f && p.depth[i] <= kMaxCoordinate) || !isWithin(p.positionWorld[i], kMaxCoordinate) ||
+        !isWithin(p.plane[i], 2.0f) || !isWithin(p.normal[i], 2.0f))
+      return pixelConesError("pixel " + std::to_string(i) +
+                             " has a position, normal or depth that is out of range or not finite");
+  }
+  return done();
+}
+
+Result<PixelCones> PixelCones::create(const PixelConeOptions& options) {
+  if (Status ok = checkPixelConeOptions(options); !ok) return ok.error();
   return PixelCones(options);
 }
 
@@ -219,10 +228,10 @@ Status PixelCones::update(const ConeTracer& cones, const PixelReceivers& pixels,
 
     // 1. A cone a pixel, or all
     Stopwatch watch;
-    const float turn = 0.618034f * static_cast<float>(frame_ % 4096);
+    const float turn = options_.interleaved ? turnOfFrame(frame_) : 0.0f;
     picture.forPixels(parallelFor, [&](int x, int y, std::size_t i) {
       if (!picture.seen(i)) return;
-      const glm::mat3 frame = turnedFrame(pixels.normal[i], options_.interleaved ? turn - std::floor(turn) : 0.0f);
+      const glm::mat3 frame = turnedFrame(pixels.normal[i], turn);
       const auto one = [&](std::uint32_t which) {
         const Gathered found =
             cones.hemisphereCone(which, pixels.positionWorld[i], pixels.plane[i], frame, options_.falloff);

@@ -17,6 +17,7 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -40,6 +41,11 @@ struct PixelConeOptions {
   std::uint32_t mostFrames = 16;  // [1..1024] whose mean is kept (w_max)
   float falloff = 1.0f;           // [1/m] of occlusion, as Cone's
 };
+
+// usage: numbers that are out of range or not finite; spans of another size.
+Status checkPixelConeOptions(const PixelConeOptions& options);
+Status checkPixels(const PixelReceivers& pixels);
+Status checkPixelFrame(std::uint32_t width, std::uint32_t height, const glm::mat4& clipFromWorld);
 
 // What a frame leaves for the next. [Size width * height]
 struct PixelHistory {
@@ -79,6 +85,12 @@ class PixelCones {
   std::uint32_t frame_ = 0;
   double coneMs_ = 0.0, edgeMs_ = 0.0, gatherMs_ = 0.0, blurMs_ = 0.0, keepMs_ = 0.0;
 };
+
+// By how much of a circle the cones of a frame are turned.
+inline float turnOfFrame(std::uint32_t frame) {
+  const float turn = 0.618034f * static_cast<float>(frame % 4096);
+  return turn - std::floor(turn);
+}
 
 // Which cone a pixel takes.
 inline std::uint32_t coneOfPixel(std::uint32_t x, std::uint32_t y) { return y % kPattern * kPattern + x % kPattern; }

@@ -18,7 +18,6 @@
 namespace relume {
 namespace {
 
-constexpr float kSolid = 7.0f;      // optical depth of a voxel of a wall: 0.1 % goes through
 constexpr float kSpent = 0.01f;     // a cone ends where no more of it is clear
 constexpr float kClear = 1.75f;     // [voxels] above its own plane a cone begins
 constexpr float kPlane = 2.5f;      // [sample widths] least height above the cone's own plane
@@ -40,7 +39,7 @@ Seen seenThrough(const glm::vec4& depth) {
 
 glm::vec4 depthOf(const Seen& seen) {
   if (!(seen.opacity > 0.0f)) return glm::vec4(0.0f);
-  const float depth = std::min(-std::log1p(-std::min(seen.opacity, 0.9999f)), kSolid);
+  const float depth = std::min(-std::log1p(-std::min(seen.opacity, 0.9999f)), kSolidDepth);
   return {seen.light * (depth / seen.opacity), depth};
 }
 
@@ -60,11 +59,9 @@ glm::vec3 axisOf(std::uint32_t direction) {
 // areas.
 glm::vec4 ofVoxel(const VoxelVolume& volume, const glm::ivec3& voxel, const glm::vec3& direction, bool sides) {
   const std::uint32_t side = volume.sideAt(voxel, direction);
-  if (side == kNoSide) return {0.0f, 0.0f, 0.0f, kSolid};
+  if (side == kNoSide) return {0.0f, 0.0f, 0.0f, kSolidDepth};
   const VoxelRadiance& r = volume.radiance()[side / 2];
-  // A wall has one voxel in each column along its longest axis, and so fewer to its area where it is slanted.
-  const float depth = kSolid * 127.0f /
-                      static_cast<float>(std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2]), 1}));
+  const float depth = depthOfWall(std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2])}));
   if (sides) return {depth * (side % 2 == 0 ? r.front : r.back), depth};
   const float a = volume.side(side & ~1u).area, b = volume.side(side | 1u).area;
   return {depth * glm::mix(r.back, r.front, a + b > 0.0f ? a / (a + b) : 0.5f), depth};

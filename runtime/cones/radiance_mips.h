@@ -22,9 +22,15 @@
 #include <glm/vec4.hpp>
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace relume {
+
+inline constexpr float kSolidDepth = 7.0f;  // optical depth of a voxel of a wall: 0.1 % goes through
+// The same of a voxel by 127 times the longest component of its axis. A wall has one voxel in each column along its
+// longest axis, and so fewer to its area where it is slanted.
+inline float depthOfWall(int longest) { return kSolidDepth * 127.0f / static_cast<float>(longest > 1 ? longest : 1); }
 
 struct Cone {
   glm::vec3 originWorld{0.0f};      // [m] on a surface, within kMaxCoordinate
@@ -61,6 +67,9 @@ class RadianceMips {
   // and optical depth, a voxel of the level long.
   [[nodiscard]] glm::vec4 read(const VoxelVolume& volume, float level, const glm::vec3& place,
                                const glm::vec3& direction) const;
+
+  // Texels of a level [1..levels()], x fastest after the directions: six, or one.
+  std::span<const glm::vec4> texels(std::uint32_t level) const { return levels_[level - 1].voxel; }
 
   std::vector<PassTime> passTimes() const { return {{"mips", ms_}}; }
   std::size_t sizeBytes() const;

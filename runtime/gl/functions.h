@@ -31,6 +31,7 @@ namespace relume::gl {
   X(BufferSubData, BUFFERSUBDATA)                     \
   X(ClearBufferData, CLEARBUFFERDATA)                 \
   X(CompileShader, COMPILESHADER)                     \
+  X(CopyImageSubData, COPYIMAGESUBDATA)               \
   X(CreateProgram, CREATEPROGRAM)                     \
   X(CreateShader, CREATESHADER)                       \
   X(DeleteBuffers, DELETEBUFFERS)                     \
@@ -69,10 +70,13 @@ namespace relume::gl {
   X(ProgramUniform1f, PROGRAMUNIFORM1F)               \
   X(ProgramUniform1i, PROGRAMUNIFORM1I)               \
   X(ProgramUniform1ui, PROGRAMUNIFORM1UI)             \
+  X(ProgramUniform2f, PROGRAMUNIFORM2F)               \
+  X(ProgramUniform2i, PROGRAMUNIFORM2I)               \
   X(ProgramUniform2ui, PROGRAMUNIFORM2UI)             \
   X(ProgramUniform3f, PROGRAMUNIFORM3F)               \
   X(ProgramUniform3fv, PROGRAMUNIFORM3FV)             \
   X(ProgramUniform3ui, PROGRAMUNIFORM3UI)             \
+  X(ProgramUniformMatrix4fv, PROGRAMUNIFORMMATRIX4FV) \
   X(QueryCounter, QUERYCOUNTER)                       \
   X(SamplerParameteri, SAMPLERPARAMETERI)             \
   X(ShaderSource, SHADERSOURCE)                       \

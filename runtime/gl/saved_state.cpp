@@ -7,7 +7,7 @@
 namespace relume::gl {
 namespace {
 
-constexpr GLenum kFirstUnit = GL_TEXTURE0 + RELUME_RESOLVE_UNIT_Y;
+constexpr GLuint kEndUnit = 16;
 constexpr GLuint kUniformSlot = RELUME_RESOLVE_SLOT_UNIFORMS;
 constexpr std::array<GLenum, 16> kPixelStore = {
     GL_PACK_SWAP_BYTES,    GL_PACK_LSB_FIRST,   GL_PACK_ROW_LENGTH,     GL_PACK_SKIP_ROWS,
@@ -49,7 +49,7 @@ void SavedState::restoreRange(GLenum target, GLuint slot, const Range& range) co
   }
 }
 
-SavedState::SavedState(const Functions& gl)
+SavedState::SavedState(const Functions& gl, GLuint units)
     : gl_(gl),
       program_(getInteger(GL_CURRENT_PROGRAM)),
       storage_(getInteger(GL_SHADER_STORAGE_BUFFER_BINDING)),
@@ -59,17 +59,18 @@ SavedState::SavedState(const Functions& gl)
       pixelPack_(getInteger(GL_PIXEL_PACK_BUFFER_BINDING)),
       pixelUnpack_(getInteger(GL_PIXEL_UNPACK_BUFFER_BINDING)),
       indirect_(getInteger(GL_DISPATCH_INDIRECT_BUFFER_BINDING)),
-      activeUnit_(getInteger(GL_ACTIVE_TEXTURE)) {
+      activeUnit_(getInteger(GL_ACTIVE_TEXTURE)),
+      firstUnit_(kEndUnit - units) {
   for (GLuint i = 0; i < kStorageSlots; ++i) {
     storageSlot_[i] =
         queryRange(GL_SHADER_STORAGE_BUFFER_BINDING, GL_SHADER_STORAGE_BUFFER_START, GL_SHADER_STORAGE_BUFFER_SIZE, i);
   }
   uniformSlot_ = queryRange(GL_UNIFORM_BUFFER_BINDING, GL_UNIFORM_BUFFER_START, GL_UNIFORM_BUFFER_SIZE, kUniformSlot);
-  for (GLuint i = 0; i < unit_.size(); ++i) {
-    gl_.ActiveTexture(kFirstUnit + i);
+  for (GLuint i = 0; firstUnit_ + i < kEndUnit; ++i) {
+    gl_.ActiveTexture(GL_TEXTURE0 + firstUnit_ + i);
     unit_[i] = {getInteger(GL_TEXTURE_BINDING_2D), getInteger(GL_TEXTURE_BINDING_2D_ARRAY),
                 getInteger(GL_TEXTURE_BINDING_3D), getInteger(GL_SAMPLER_BINDING)};
-    gl_.BindSampler(RELUME_RESOLVE_UNIT_Y + i, 0);
+    gl_.BindSampler(firstUnit_ + i, 0);
   }
   for (GLuint i = 0; i < image_.size(); ++i) {
     image_[i] = {getInteger(GL_IMAGE_BINDING_NAME, i),    getInteger(GL_IMAGE_BINDING_LEVEL, i),
@@ -91,12 +92,12 @@ SavedState::~SavedState() {
     gl_.BindImageTexture(i, static_cast<GLuint>(image.name), image.level, static_cast<GLboolean>(image.layered != 0),
                          image.layer, static_cast<GLenum>(image.access), static_cast<GLenum>(image.format));
   }
-  for (GLuint i = 0; i < unit_.size(); ++i) {
-    gl_.ActiveTexture(kFirstUnit + i);
+  for (GLuint i = 0; firstUnit_ + i < kEndUnit; ++i) {
+    gl_.ActiveTexture(GL_TEXTURE0 + firstUnit_ + i);
     gl_.BindTexture(GL_TEXTURE_2D, static_cast<GLuint>(unit_[i].texture2D));
     gl_.BindTexture(GL_TEXTURE_2D_ARRAY, static_cast<GLuint>(unit_[i].texture2DArray));
     gl_.BindTexture(GL_TEXTURE_3D, static_cast<GLuint>(unit_[i].texture3D));
-    gl_.BindSampler(RELUME_RESOLVE_UNIT_Y + i, static_cast<GLuint>(unit_[i].sampler));
+    gl_.BindSampler(firstUnit_ + i, static_cast<GLuint>(unit_[i].sampler));
   }
   // Indexed bindings also set the generic one: restore that last.
   for (GLuint i = 0; i < kStorageSlots; ++i) restoreRange(GL_SHADER_STORAGE_BUFFER, i, storageSlot_[i]);

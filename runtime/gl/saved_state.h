@@ -10,11 +10,12 @@ namespace relume::gl {
 
 // Remembers on construction and restores on destruction: the program; the generic and the indexed bindings 0 to 6 of
 // GL_SHADER_STORAGE_BUFFER; the generic and indexed binding 7 of GL_UNIFORM_BUFFER; the active texture unit; 2-D, 2-D
-// array and 3-D texture and sampler of units 12 to 15; image units 0 to 2; the copy buffers, the buffer of indirect
-// dispatches and the pixel pack and unpack state.
+// array and 3-D texture and sampler of the last of 16 units; image units 0 to 2; the copy buffers, the buffer of
+// indirect dispatches and the pixel pack and unpack state.
 class SavedState {
  public:
-  explicit SavedState(const Functions& gl);
+  // units: how many, from 12 or an earlier one to 15. [4..8]
+  explicit SavedState(const Functions& gl, GLuint units = 4);
   ~SavedState();
   SavedState(const SavedState&) = delete;
   SavedState& operator=(const SavedState&) = delete;
@@ -41,7 +42,8 @@ class SavedState {
         indirect_ = 0, activeUnit_ = 0;
   std::array<Range, kStorageSlots> storageSlot_;
   Range uniformSlot_;
-  std::array<Unit, 4> unit_;
+  GLuint firstUnit_ = 0;
+  std::array<Unit, 8> unit_;  // from the first on
   std::array<Image, 3> image_;
   std::array<GLint, 16> store_{};
 };

@@ -29,13 +29,17 @@ Status checkLiveFrame(const LiveFrame& frame) {
   if (!isRadiance(frame.emissionScale)) return liveError("emissionScale has a channel outside of 0 to 1e9");
   if (!(frame.bounceScale >= 0.0f && frame.bounceScale <= 1.0f)) return liveError("bounceScale is outside of 0 to 1");
   if (!(frame.keep >= 0.0f && frame.keep < 1.0f)) return liveError("keep is outside of 0 to 1, 1 not included");
-  if (!isRadiance(frame.sky.radiance)) return liveError("the sky's radiance has a channel outside of 0 to 1e9");
-  if (frame.sky.map.empty()) return done();
-  if (frame.sky.map.size() != std::size_t{frame.sky.side} * frame.sky.side)
-    return liveError("the sky's map has " + std::to_string(frame.sky.map.size()) +
-                     " texels, expected the square of its side, " + std::to_string(frame.sky.side));
-  for (std::size_t i = 0; i < frame.sky.map.size(); ++i) {
-    if (!isRadiance(frame.sky.map[i]))
+  return checkLiveSky(frame.sky);
+}
+
+Status checkLiveSky(const LiveSky& sky) {
+  if (!isRadiance(sky.radiance)) return liveError("the sky's radiance has a channel outside of 0 to 1e9");
+  if (sky.map.empty()) return done();
+  if (sky.map.size() != std::size_t{sky.side} * sky.side)
+    return liveError("the sky's map has " + std::to_string(sky.map.size()) +
+                     " texels, expected the square of its side, " + std::to_string(sky.side));
+  for (std::size_t i = 0; i < sky.map.size(); ++i) {
+    if (!isRadiance(sky.map[i]))
       return liveError("texel " + std::to_string(i) + " of the sky's map has a channel outside of 0 to 1e9");
   }
   return done();

@@ -67,12 +67,8 @@ struct PackedLayer {
         byte(sample.place[0]) | byte(sample.place[1]) << 8 | byte(sample.place[2]) << 16 | byte(sample.normal[0]) << 24,
         byte(sample.normal[1]) | byte(sample.normal[2]) << 8 | std::uint32_t{sample.count} << 16};
   }
-  // As VoxelRadiance::axis, 128 added.
   static std::uint32_t packAxis(const glm::vec3& axis) {
-    const auto byte = [](float v) {
-      return static_cast<std::uint32_t>(static_cast<int>(std::floor(127.0f * v + 0.5f)) + 128);
-    };
-    return byte(axis.x) << 16 | byte(axis.y) << 8 | byte(axis.z);
+    return gl::packAxis(glm::ivec3(glm::floor(127.0f * axis + 0.5f)));
   }
 };
 
@@ -93,14 +89,9 @@ struct LiveCachesGl::State {
   void gather(const LiveFrame& frame);
   std::vector<glm::vec4> readLight() const;
 
-  void set(const gl::Program& program, const char* name, std::uint32_t value) const {
-    gl_.ProgramUniform1ui(program.get(), gl_.GetUniformLocation(program.get(), name), value);
-  }
-  void set(const gl::Program& program, const char* name, float value) const {
-    gl_.ProgramUniform1f(program.get(), gl_.GetUniformLocation(program.get(), name), value);
-  }
-  void set(const gl::Program& program, const char* name, const glm::vec3& v) const {
-    gl_.ProgramUniform3f(program.get(), gl_.GetUniformLocation(program.get(), name), v.x, v.y, v.z);
+  template <class T>
+  void set(const gl::Program& program, const char* name, const T& value) const {
+    gl::setUniform(gl_, program, name, value);
   }
   void setGrid(GLuint program) const {
     const VolumeGrid& grid = cells.grid;
@@ -111,11 +102,7 @@ struct LiveCachesGl::State {
     gl_.ProgramUniform3ui(program, gl_.GetUniformLocation(program, "relumeLiveSize"), size.x, size.y, size.z);
   }
   void dispatch(const gl::Program& program, std::uint32_t threads) const { gl::runThreads(gl_, program, threads); }
-  void waitForAll() const {
-    gl_.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT |
-                      GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT |
-                      GL_BUFFER_UPDATE_BARRIER_BIT);
-  }
+  void waitForAll() const { gl::waitForShaders(gl_); }
 
   gl::Functions gl_;  // before all that deletes by it
   LiveOptions options;
@@ -306,8 +293,7 @@ void LiveCachesGl::State::gather(const LiveFrame& frame) {
   setGrid(gatherProgram.get());
   set(gatherProgram, "relumeLiveRayCount", options.raysPerCell);
   set(gatherProgram, "relumeLiveMoves", moves ? 1u : 0u);
-  gl_.ProgramUniform2ui(gatherProgram.get(), gl_.GetUniformLocation(gatherProgram.get(), "relumeLiveKept"),
-                        standingKept, sides / 2);
+  set(gatherProgram, "relumeLiveKept", glm::uvec2(standingKept, sides / 2));
   set(gatherProgram, "relumeLiveKeep", frame.keep);
   dispatch(gatherProgram, caches * static_cast<std::uint32_t>(lanes));
 }
@@ -476,6 +462,14 @@ std::vector<glm::vec3> LiveCachesGl::radiance() const {
   }
   return {texels.begin(), texels.begin() + static_cast<std::ptrdiff_t>(state_->sides)};
 }
+
+bool LiveCachesGl::isOf(const VoxelVolume& volume) const {
+  const State& s = *state_;
+  return s.follows && s.standingVersion == volume.standingVersion() && s.movingVersion == volume.movingVersion() &&
+         s.sides == volume.sideCount();
+}
+
+std::uint32_t LiveCachesGl::radianceTexture() const { return state_->radiance.name(); }
 
 std::vector<PassTime> LiveCachesGl::passTimes() const {
   const auto& ms = state_->timer.passMs();

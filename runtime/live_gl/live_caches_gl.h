@@ -76,6 +76,9 @@ class LiveCachesGl {
   std::vector<float> brightest() const;
   // Radiance [W/m²/sr] of the sides, read back.
   std::vector<glm::vec3> radiance() const;
+  // The texture that has it, RELUME_LIVE_SIDES_A_ROW sides a row; and whether it is of this volume as it is now.
+  std::uint32_t radianceTexture() const;
+  bool isOf(const VoxelVolume& volume) const;
   // Of the last frame that the GPU has finished; "cells" on the CPU.
   std::vector<PassTime> passTimes() const;
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;

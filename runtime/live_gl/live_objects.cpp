@@ -8,7 +8,6 @@
 #include <algorithm>
 
 namespace relume::gl {
-namespace {
 
 Texture makeTexture(const Functions& gl, GLenum target) {
   GLuint name = 0;
@@ -21,7 +20,10 @@ Texture makeTexture(const Functions& gl, GLenum target) {
   return texture;
 }
 
-}  // namespace
+void waitForShaders(const Functions& gl) {
+  gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                   GL_TEXTURE_UPDATE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+}
 
 bool GrowingBuffer::reserve(std::size_t wanted) {
   constexpr std::size_t kLeast = 256;

@@ -5,6 +5,7 @@
 #include "runtime/gl/handle.h"
 
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -98,6 +99,35 @@ class BrickTexture {
 inline constexpr GLenum kBrickFormat = GL_R32UI;
 // Of the texture over so many cells. [texel]
 inline glm::ivec3 brickTexels(const glm::ivec3& cells) { return {2 * cells.x, cells.y, cells.z}; }
+
+// Uniforms by their names; those that a program does not have are left.
+inline void setUniform(const Functions& gl, const Program& program, const char* name, std::uint32_t value) {
+  gl.ProgramUniform1ui(program.get(), gl.GetUniformLocation(program.get(), name), value);
+}
+inline void setUniform(const Functions& gl, const Program& program, const char* name, float value) {
+  gl.ProgramUniform1f(program.get(), gl.GetUniformLocation(program.get(), name), value);
+}
+inline void setUniform(const Functions& gl, const Program& program, const char* name, const glm::vec3& v) {
+  gl.ProgramUniform3f(program.get(), gl.GetUniformLocation(program.get(), name), v.x, v.y, v.z);
+}
+inline void setUniform(const Functions& gl, const Program& program, const char* name, const glm::uvec2& v) {
+  gl.ProgramUniform2ui(program.get(), gl.GetUniformLocation(program.get(), name), v.x, v.y);
+}
+inline void setUniform(const Functions& gl, const Program& program, const char* name, const glm::uvec3& v) {
+  gl.ProgramUniform3ui(program.get(), gl.GetUniformLocation(program.get(), name), v.x, v.y, v.z);
+}
+
+// Waits for all that shaders have written, whoever reads it next.
+void waitForShaders(const Functions& gl);
+
+// A texture of one level without a filter, bound to unit 12. State must be saved.
+Texture makeTexture(const Functions& gl, GLenum target);
+
+// A voxel's axis as shaders read it beside the front's radiance: 127 times the unit vector, 128 added to each.
+inline std::uint32_t packAxis(const glm::ivec3& axis) {
+  const glm::uvec3 bytes(axis + 128);
+  return bytes.x << 16 | bytes.y << 8 | bytes.z;
+}
 
 // So many threads of a program that has lib/live_threads.glsl.
 void runThreads(const Functions& gl, const Program& program, std::uint32_t threads);

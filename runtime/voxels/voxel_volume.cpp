@@ -395,8 +395,8 @@ std::uint32_t VoxelVolume::sideAt(const glm::ivec3& voxel, const glm::vec3& dire
   const VoxelLayer& layer = moves ? moving_ : standing_;
   const std::uint32_t number = layer.numberOf(grid_, voxel);
   if (number >= layer.kept) return kNoSide;
-  const std::uint32_t side = 2 * number + (glm::dot(direction, layer.axis[number]) < 0.0f ? 0 : 1);
-  return moves ? standingSides() + side : side;
+  const std::uint32_t at = moves ? standing_.kept + number : number;
+  return 2 * at + (radiance_[at].isFront(direction) ? 0 : 1);
 }
 
 VoxelStats VoxelVolume::stats() const {

@@ -45,6 +45,13 @@ struct alignas(32) VoxelRadiance {
   std::array<std::int8_t, 4> axis{};  // toward the front, 127 times the unit vector
   glm::vec3 back{0.0f};
   float unused = 0.0f;
+
+  // Whether a ray of this direction meets the front.
+  bool isFront(const glm::vec3& direction) const {
+    return static_cast<float>(axis[0]) * direction.x + static_cast<float>(axis[1]) * direction.y +
+               static_cast<float>(axis[2]) * direction.z <
+           0.0f;
+  }
 };
 
 class VoxelVolume {
@@ -103,9 +110,7 @@ class VoxelVolume {
     const std::uint32_t number = layer.numberOf(grid_, voxel);
     if (number >= layer.kept) return kBlack;
     const VoxelRadiance& at = radiance_[moves ? standing_.kept + number : number];
-    const float along = static_cast<float>(at.axis[0]) * direction.x + static_cast<float>(at.axis[1]) * direction.y +
-                        static_cast<float>(at.axis[2]) * direction.z;
-    return along < 0.0f ? at.front : at.back;
+    return at.isFront(direction) ? at.front : at.back;
   }
 
   // Change with every create(), edit() and with every move().

@@ -180,6 +180,28 @@
 #define RELUME_SPLAT_TABELLION 2
 #define RELUME_SPLAT_FAR 1e30f  // [m] stands for infinity
 
+// Cones (runtime/live_gl/cones_gl.h); cells are bound as those of light without a bake.
+#define RELUME_CONE_SLOT_DIRECTIONS 0  // the hemisphere's cones: direction, tangent; then the texels of the sky's map
+#define RELUME_CONE_SLOT_OCCUPIED 0    // levels: the voxels of all levels that are not empty, 10 bits an axis
+#define RELUME_CONE_SLOT_SOURCES 0     // inject: the voxel of the caches' radiance that each one has; ~0 = none
+#define RELUME_CONE_UNIT_RADIANCE 14   // two texels a voxel: front, axis as RELUME_LIVE_SLOT_VOXELS; back, depth
+#define RELUME_CONE_UNIT_SIDES 15      // four texels a voxel: front's position [voxels], its normal; the back's
+#define RELUME_CONE_UNIT_SOURCE 15     // inject: radiance of the caches' sides
+#define RELUME_CONE_UNIT_FIRST 8       // level 1
+#define RELUME_CONE_UNIT_LEVELS 9      // all further levels, one behind the other along z
+#define RELUME_CONE_UNIT_PLACES 10     // of pixels: position [m], depth [m]; 0 = nothing is seen
+#define RELUME_CONE_UNIT_PLANES 11     // the plane's normal
+#define RELUME_CONE_UNIT_NORMALS 13    // to shade with; of lobes the mirrored direction, exponent
+#define RELUME_CONE_UNIT_LIGHT 8       // between pixels, here and below
+#define RELUME_CONE_UNIT_EDGES 9
+#define RELUME_CONE_UNIT_OLD_LIGHT 12  // of the frame before, here and below
+#define RELUME_CONE_UNIT_OLD_PLACES 13
+#define RELUME_CONE_UNIT_OLD_PLANES 14
+#define RELUME_CONE_UNIT_OLD_FRAMES 15
+#define RELUME_CONE_UNITS 8  // the last ones of the 16 that every OpenGL has
+#define RELUME_CONE_MAX_LEVELS 9
+#define RELUME_CONE_PATTERN 5  // pixels a side
+
 #ifdef __cplusplus
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>

@@ -2,15 +2,12 @@
 // What one cone a pixel loses against 25, stage by stage, what each pass costs (one thread), and how much the picture
 // flickers as the camera moves. Prints the tables of pixels of docs/notes/cones.md.
 //   bench_cone_pixels LEVEL.glb CAMERA LIGHTS BAKE.relume [WIDTH HEIGHT]
-#include "runtime/cones/pixel_cones.h"
-#include "tests/measure/open_view.h"
+#include "tests/measure/g_buffer.h"
 #include "tests/measure/traced_light.h"
 #include "tools/render/live_view.h"
 #include "tools/render/relight_by_rays.h"
-#include "tools/render/seen_surface.h"
 
 #include <glm/geometric.hpp>
-#include <glm/gtc/matrix_transform.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -27,39 +24,12 @@ constexpr float kStepM = 0.02f;  // [m] a frame
 
 int fail(const std::string& message) { return std::fprintf(stderr, "%s\n", message.c_str()), 1; }
 
-// What a camera sees.
-struct GBuffer {
-  std::uint32_t width, height;
-  std::vector<glm::vec3> position, plane, normal;
-  std::vector<float> depth;
-  glm::mat4 clipFromWorld;
-
-  GBuffer(const test::OpenedView& view, const Camera& camera, std::uint32_t w, std::uint32_t h)
-      : width(w), height(h), position(w * h), plane(w * h), normal(w * h), depth(w * h) {
-    const CameraRays rays(camera, w, h);
-    for (std::uint32_t i = 0; i < w * h; ++i) {
-      Ray ray;
-      rays.at(static_cast<float>(i % w) + 0.5f, static_cast<float>(i / w) + 0.5f, ray.origin, ray.direction);
-      const Hit hit = view.tracer.trace(ray);
-      if (!hit) continue;
-      const SeenSurface seen = seenAt(*view.scene, ray, hit);
-      position[i] = seen.positionWorld;
-      plane[i] = seen.geometricNormal;
-      normal[i] = seen.normal;
-      depth[i] = glm::dot(seen.positionWorld - rays.origin, rays.forward);
-    }
-    clipFromWorld = glm::perspective(camera.yfovRad, static_cast<float>(w) / static_cast<float>(h), 0.1f, 1e4f) *
-                    glm::inverse(camera.toWorld);
-  }
-  PixelReceivers receivers() const { return {width, height, position, plane, normal, depth, clipFromWorld}; }
-};
-
 struct Run {
   std::vector<glm::vec4> light;
   std::vector<PassTime> times;
 };
 
-Run runOnce(const ConeTracer& tracer, const GBuffer& g, const PixelConeOptions& options) {
+Run runOnce(const ConeTracer& tracer, const test::GBuffer& g, const PixelConeOptions& options) {
   auto cones = PixelCones::create(options);
   if (Status ok = cones->update(tracer, g.receivers(), {}); !ok) std::exit(fail(ok.error().message));
   return {{cones->light().begin(), cones->light().end()}, cones->passTimes()};
@@ -100,7 +70,7 @@ double flicker(const test::OpenedView& view, const ConeTracer& tracer, std::uint
   for (int f = 0; f < kFrames; ++f) {
     Camera camera = view.camera;
     camera.toWorld[3] += static_cast<float>(f) * kStepM * glm::normalize(camera.toWorld[0]);
-    const GBuffer g(view, camera, w, h);
+    const test::GBuffer g(view, camera, w, h);
     if (Status ok = cones->update(tracer, g.receivers(), {}); !ok) std::exit(fail(ok.error().message));
     for (std::size_t i = 0; i < g.depth.size() && f > kFrames / 2; ++i) {
       if (g.depth[i] == 0.0f) continue;
@@ -139,7 +109,7 @@ int run(int argc, char** argv) {
   if (!voxels) return fail(voxels.error().message);
   if (Status ok = voxels->mips.update(voxels->volume); !ok) return fail(ok.error().message);
   const ConeTracer tracer(voxels->volume, voxels->mips, voxels->sky());
-  const GBuffer g(*view, view->camera, w, h);
+  const test::GBuffer g(*view, view->camera, w, h);
 
   const Run all = runOnce(tracer, g, {.interleaved = false, .gather = false, .blur = false, .keep = false});
   const double white = whiteOf(all.light);

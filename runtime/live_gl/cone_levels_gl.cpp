@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: MIT
+// See cone_levels_gl.h.
+#include "runtime/live_gl/cone_levels_gl.h"
+
+#include "runtime/gl/plan_objects.h"
+#include "runtime/gl/program.h"
+#include "runtime/shared/stopwatch.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdlib>
+
+namespace relume::gl {
+namespace {
+
+Error tooLarge(const std::string& what) { return {ErrorCode::unsupported, "cones: " + what + "; use fewer cells"}; }
+
+constexpr std::uint32_t kNoSource = 0xFFFFFFFFu;
+constexpr std::uint32_t kSideTexels = 4;  // of a voxel
+
+// Of so many texels.
+std::uint32_t rowsOfTexels(std::size_t texels) {
+  return static_cast<std::uint32_t>((texels + RELUME_LIVE_SIDES_A_ROW - 1) / RELUME_LIVE_SIDES_A_ROW);
+}
+
+std::uint32_t countOf(const glm::uvec3& size) { return size.x * size.y * size.z; }
+
+// Whether no voxel of a cell and the 26 around it is set.
+bool isEmptyAround(const VolumeGrid& grid, std::span<const std::uint64_t> bits, const glm::ivec3& cell) {
+  const glm::ivec3 low = glm::max(cell - 1, 0), high = glm::min(cell + 1, grid.cells - 1);
+  for (int z = low.z; z <= high.z; ++z) {
+    for (int y = low.y; y <= high.y; ++y) {
+      for (int x = low.x; x <= high.x; ++x) {
+        if (bits[grid.cellIndex({x, y, z})] != 0) return false;
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+ConeLevels::ConeLevels(const Functions& gl, RadianceMips::Directions directions)
+    : gl_(gl),
+      directions_(directions),
+      cells_(gl),
+      sources_(gl),
+      occupiedBuffer_(gl),
+      radiance_(gl, kFloats, RELUME_LIVE_SIDES_A_ROW),
+      sides_(gl, kFloats, RELUME_LIVE_SIDES_A_ROW),
+      timer_(gl) {}
+
+std::vector<std::pair<std::string, std::string>> ConeLevels::defines() const {
+  return {{"RELUME_CONE_DIRECTIONS", std::to_string(perVoxel())}};
+}
+
+Status ConeLevels::compile() {
+  const auto list = defines();
+  const std::pair<Program*, const char*> programs[] = {
+      {&injectProgram_, "cone_inject.comp"}, {&firstProgram_, "cone_first.comp"}, {&levelProgram_, "cone_level.comp"}};
+  for (const auto& [program, path] : programs) {
+    Result<Program> made = makeComputeProgram(gl_, path, list);
+    if (!made) return made.error();
+    *program = std::move(*made);
+  }
+  return done();
+}
+
+Status ConeLevels::checkSize(const VoxelVolume& volume) const {
+  const GpuDevice device = deviceOf(gl_, gpu::GroupThreads::parallel);
+  const std::size_t voxels = volume.standing().occupied + volume.moving().occupied;
+  if (rowsOfTexels(2 * kSideTexels * voxels) >= device.imageSide || device.imageSide < RELUME_LIVE_SIDES_A_ROW ||
+      4 * sizeof(Source) * voxels > device.storageBytes)
+    return tooLarge(std::to_string(voxels) + " voxels are more than this OpenGL's buffers hold");
+  const glm::uvec3 first(2 * volume.grid().cells);
+  // All further levels along z are no longer than the first.
+  const std::uint32_t side = std::max({perVoxel() * first.x, first.y, first.z + RELUME_CONE_MAX_LEVELS});
+  if (side > device.volumeSide)
+    return tooLarge("this OpenGL's textures have " + std::to_string(device.volumeSide) + " texels along a side, " +
+                    std::to_string(side) + " are needed");
+  return done();
+}
+
+// Of the grid.
+void ConeLevels::makeLevels() {
+  sizes_.clear();
+  offsets_.clear();
+  std::uint32_t end = 0;
+  for (glm::uvec3 size(grid_.voxels()); std::max({size.x, size.y, size.z}) > 1;) {
+    size = (size + 1u) / 2u;
+    const bool isFirst = sizes_.empty();
+    sizes_.push_back(size);
+    offsets_.push_back(isFirst ? 0 : end);
+    if (!isFirst) end += size.z;
+  }
+  const auto make = [this](std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+    Texture texture = makeTexture(gl_, GL_TEXTURE_3D);
+    gl_.TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    gl_.TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    for (const auto wrap : std::to_array<GLenum>({GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}))
+      gl_.TexParameteri(GL_TEXTURE_3D, wrap, GL_CLAMP_TO_EDGE);
+    const auto width = static_cast<GLsizei>(x), height = static_cast<GLsizei>(y), depth = static_cast<GLsizei>(z);
+    gl_.TexStorage3D(GL_TEXTURE_3D, 1, GL_RGBA32F, width, height, depth);
+    const std::vector<glm::vec4> zero(std::size_t{x} * y);
+    for (GLint slice = 0; slice < depth; ++slice)
+      gl_.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, slice, width, height, 1, GL_RGBA, GL_FLOAT, zero.data());
+    return texture;
+  };
+  first_ = make(perVoxel() * sizes_[0].x, sizes_[0].y, sizes_[0].z);
+  further_ = make(perVoxel() * sizes_[1].x, sizes_[1].y, end);
+}
+
+// Which voxels there are, at all levels.
+void ConeLevels::findVoxels(const VoxelVolume& volume) {
+  const VoxelLayer &standing = volume.standing(), &moving = volume.moving();
+  const std::span<const std::uint64_t> bits = volume.bits();
+  source_.clear();
+  cellTexels_.resize(grid_.cellCount());
+  std::vector<std::uint8_t> isOccupied(countOf(sizes_[0]), 0);  // of a level
+  for (std::uint32_t c = 0; c < cellTexels_.size(); ++c) {
+    const glm::ivec3 cell = grid_.cellAt(c);
+    cellTexels_[c] = {static_cast<std::uint32_t>(bits[c]), static_cast<std::uint32_t>(bits[c] >> 32), source_.size(),
+                      bits[c] == 0 && isEmptyAround(grid_, bits, cell) ? 1u : 0u};
+    for (std::uint64_t rest = bits[c]; rest != 0; rest &= rest - 1) {
+      const glm::ivec3 v = kBrickSide * cell + voxelOfBit(std::countr_zero(rest));
+      const bool moves = moving.occupied > 0 && moving.has(grid_, v);
+      const std::uint32_t number = (moves ? moving : standing).numberOf(grid_, v);
+      Source& source = source_.emplace_back(Source{kNoSource, 0.5f});
+      if (number < (moves ? moving : standing).kept) {
+        source.voxel = moves ? standing.kept + number : number;
+        const float front = volume.side(2 * source.voxel).area, back = volume.side(2 * source.voxel + 1).area;
+        if (front + back > 0.0f) source.front = front / (front + back);
+      }
+      const glm::uvec3 parent(v / 2);
+      isOccupied[(parent.z * sizes_[0].y + parent.y) * sizes_[0].x + parent.x] = 1;
+    }
+  }
+
+  // Of each level those that hold one of the level below
+  occupied_.clear();
+  firstOccupied_.assign(1, 0);
+  for (std::size_t l = 0; l < sizes_.size(); ++l) {
+    const glm::uvec3 size = sizes_[l], above = (size + 1u) / 2u;
+    std::vector<std::uint8_t> next(countOf(above), 0);
+    for (std::uint32_t i = 0; i < isOccupied.size(); ++i) {
+      if (isOccupied[i] == 0) continue;
+      const glm::uvec3 v(i % size.x, i / size.x % size.y, i / (size.x * size.y));
+      occupied_.push_back(v.x | v.y << 10 | v.z << 20);
+      next[((v.z / 2) * above.y + v.y / 2) * above.x + v.x / 2] = 1;
+    }
+    firstOccupied_.push_back(static_cast<std::uint32_t>(occupied_.size()));
+    isOccupied = std::move(next);
+  }
+}
+
+void ConeLevels::writeVoxels(const VoxelVolume& volume) {
+  cells_.write(grid_.cells.x, grid_.cells.y, grid_.cells.z, cellTexels_.data());
+  sources_.reserve(sizeof(Source) * source_.size());
+  sources_.write(0, bytesOf(source_));
+  occupiedBuffer_.reserve(sizeof(std::uint32_t) * occupied_.size());
+  occupiedBuffer_.write(0, bytesOf(occupied_));
+  std::vector<glm::vec4> texels;
+  texels.reserve(kSideTexels * source_.size());
+  for (const Source& source : source_) {
+    for (std::uint32_t s = 0; s < 2; ++s) {
+      const VoxelSide side = source.voxel == kNoSource ? VoxelSide{} : volume.side(2 * source.voxel + s);
+      texels.emplace_back(grid_.toGrid(side.positionWorld), 0.0f);
+      texels.emplace_back(side.normal, 0.0f);
+    }
+  }
+  sides_.reserve(rowsOfTexels(texels.size()));
+  sides_.write(bytesOf(texels));
+  radiance_.reserve(rowsOfTexels(2 * source_.size()));
+}
+
+// As shaders/cone_inject.comp.
+void ConeLevels::writeRadiance(const VoxelVolume& volume) {
+  std::vector<glm::vec4> texels;
+  texels.reserve(2 * source_.size());
+  for (const Source& source : source_) {
+    VoxelRadiance r;
+    if (source.voxel != kNoSource) r = volume.radiance()[source.voxel];
+    if (directions_ == RadianceMips::Directions::one) r.front = r.back = glm::mix(r.back, r.front, source.front);
+    const int longest = std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2])});
+    const float depth = source.voxel == kNoSource ? kSolidDepth : depthOfWall(longest);
+    texels.emplace_back(r.front, static_cast<float>(packAxis({r.axis[0], r.axis[1], r.axis[2]})));
+    texels.emplace_back(r.back, depth);
+  }
+  radiance_.write(bytesOf(texels));
+}
+
+void ConeLevels::inject(const LiveCachesGl& caches) {
+  gl_.ActiveTexture(GL_TEXTURE0 + RELUME_CONE_UNIT_SOURCE);
+  gl_.BindTexture(GL_TEXTURE_2D, caches.radianceTexture());
+  radiance_.bindImage(0, GL_WRITE_ONLY);
+  sources_.bind(RELUME_CONE_SLOT_SOURCES);
+  runThreads(gl_, injectProgram_, static_cast<std::uint32_t>(source_.size()));
+}
+
+void ConeLevels::bindVoxels(const Program& program) const {
+  cells_.bind(RELUME_LIVE_UNIT_CELLS);
+  radiance_.bind(RELUME_CONE_UNIT_RADIANCE);
+  sides_.bind(RELUME_CONE_UNIT_SIDES);
+  setUniform(gl_, program, "relumeLiveOrigin", grid_.originWorld);
+  setUniform(gl_, program, "relumeLiveVoxel", grid_.voxel);
+  setUniform(gl_, program, "relumeLiveSize", glm::uvec3(grid_.cells));
+}
+
+void ConeLevels::bindLevels() const {
+  gl_.ActiveTexture(GL_TEXTURE0 + RELUME_CONE_UNIT_FIRST);
+  gl_.BindTexture(GL_TEXTURE_3D, first_.get());
+  gl_.ActiveTexture(GL_TEXTURE0 + RELUME_CONE_UNIT_LEVELS);
+  gl_.BindTexture(GL_TEXTURE_3D, further_.get());
+}
+
+void ConeLevels::bindLevelImage(std::uint32_t level) const {
+  gl_.BindImageTexture(0, level == 1 ? first_.get() : further_.get(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA32F);
+}
+
+void ConeLevels::bind(const Program& program) const {
+  bindVoxels(program);
+  bindLevels();
+  setUniform(gl_, program, "relumeConeLevelCount", levels());
+  for (std::size_t l = 1; l <= sizes_.size(); ++l)
+    setUniform(gl_, program, ("relumeConeOffset[" + std::to_string(l) + "]").c_str(), offsets_[l - 1]);
+}
+
+// Each level from the one below; or all that is listed to zero.
+void ConeLevels::runLevels(bool clears) {
+  bindVoxels(firstProgram_);
+  bindLevels();
+  occupiedBuffer_.bind(RELUME_CONE_SLOT_OCCUPIED);
+  for (std::uint32_t l = 1; l <= levels(); ++l) {
+    const Program& program = l == 1 ? firstProgram_ : levelProgram_;
+    bindLevelImage(l);
+    setUniform(gl_, program, "relumeConeClears", clears ? 1u : 0u);
+    setUniform(gl_, program, "relumeConeFirstOccupied", firstOccupied_[l - 1]);
+    if (l > 1) {
+      setUniform(gl_, program, "relumeConeSize", sizes_[l - 1]);
+      setUniform(gl_, program, "relumeConeBelow", sizes_[l - 2]);
+      setUniform(gl_, program, "relumeConePlace", glm::uvec2(offsets_[l - 1], offsets_[l - 2]));
+      setUniform(gl_, program, "relumeConeIsSecond", l == 2 ? 1u : 0u);
+    }
+    runThreads(gl_, program, firstOccupied_[l] - firstOccupied_[l - 1]);
+    waitForShaders(gl_);
+  }
+}
+
+Status ConeLevels::fill(const VoxelVolume& volume, const LiveCachesGl* caches) {
+  if (caches != nullptr && !caches->isOf(volume))
+    return Error{ErrorCode::usage,
+                 "cones: the caches' last frame was of another volume, or of this one before it changed"};
+  if (Status ok = checkSize(volume); !ok) return ok;
+  Stopwatch watch;
+  while (gl_.GetError() != GL_NO_ERROR) {
+  }
+  if (!follows_ || volume.standingVersion() != standingVersion_ || volume.movingVersion() != movingVersion_) {
+    const bool isSame = follows_ && grid_.cells == volume.grid().cells;
+    follows_ = false;
+    grid_ = volume.grid();
+    if (isSame) {
+      runLevels(true);
+    } else {
+      makeLevels();
+    }
+    findVoxels(volume);
+    writeVoxels(volume);
+    standingVersion_ = volume.standingVersion();
+    movingVersion_ = volume.movingVersion();
+  }
+  follows_ = false;
+  if (caches == nullptr) {
+    writeRadiance(volume);
+    voxelsMs_ = watch.lap();
+    timer_.mark(0);
+  } else {
+    voxelsMs_ = watch.lap();
+    timer_.mark(0);
+    inject(*caches);
+  }
+  waitForShaders(gl_);
+  runLevels(false);
+  timer_.mark(1);
+  timer_.endFrame();
+  if (gl_.GetError() == GL_OUT_OF_MEMORY)
+    return tooLarge("this OpenGL has not enough memory for the levels of " + std::to_string(source_.size()) +
+                    " voxels");
+  follows_ = true;
+  return done();
+}
+
+std::vector<glm::vec4> ConeLevels::texels(std::uint32_t level) const {
+  const glm::uvec3 size = sizes_[level - 1];
+  const glm::uvec3 whole = level == 1
+                               ? glm::uvec3(perVoxel() * size.x, size.y, size.z)
+                               : glm::uvec3(perVoxel() * sizes_[1].x, sizes_[1].y, offsets_.back() + sizes_.back().z);
+  std::vector<glm::vec4> all(countOf(whole));
+  gl_.ActiveTexture(GL_TEXTURE0 + RELUME_CONE_UNIT_FIRST);
+  gl_.BindTexture(GL_TEXTURE_3D, level == 1 ? first_.get() : further_.get());
+  gl_.GetTexImage(GL_TEXTURE_3D, 0, GL_RGBA, GL_FLOAT, all.data());
+  std::vector<glm::vec4> found;
+  found.reserve(std::size_t{perVoxel()} * countOf(size));
+  for (std::uint32_t z = 0; z < size.z; ++z) {
+    for (std::uint32_t y = 0; y < size.y; ++y) {
+      for (std::uint32_t x = 0; x < size.x; ++x) {
+        for (std::uint32_t d = 0; d < perVoxel(); ++d)
+          found.push_back(all[((offsets_[level - 1] + z) * whole.y + y) * std::size_t{whole.x} + d * size.x + x]);
+      }
+    }
+  }
+  return found;
+}
+
+std::vector<PassTime> ConeLevels::passTimes() { return {{"voxels", voxelsMs_}, {"levels", timer_.passMs()[0]}}; }
+
+std::size_t ConeLevels::levelBytes() const {
+  if (sizes_.empty()) return 0;
+  const std::size_t texels = std::size_t{perVoxel()} * (countOf(sizes_[0]) + std::size_t{sizes_[1].x} * sizes_[1].y *
+                                                                                 (offsets_.back() + sizes_.back().z));
+  return texels * sizeof(glm::vec4);
+}
+
+}  // namespace relume::gl

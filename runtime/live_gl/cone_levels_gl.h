@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+// What cones read in OpenGL: the sides of a volume's voxels with their radiance, and all levels above, found in compute
+// from them. The twin of RadianceMips (runtime/cones/radiance_mips.h).
+//
+// Voxels that stand and those that move have one numbering, so that a place is looked up once, and cells that are empty
+// as are the 26 around them say so: cones step through those without reading voxels. Of each level the voxels that are
+// not empty are listed, and no others are found anew in a frame.
+//
+// Level 1 is a 3-D texture of RGBA32F, its directions beside each other along x; the further levels are another one,
+// one behind the other along z.
+#pragma once
+
+#include "relume/result.h"
+#include "runtime/cones/radiance_mips.h"
+#include "runtime/gl/timer.h"
+#include "runtime/live_gl/live_caches_gl.h"
+#include "runtime/live_gl/live_objects.h"
+#include "runtime/voxels/voxel_volume.h"
+#include "shaders/shared/layout.h"
+
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace relume::gl {
+
+class ConeLevels {
+ public:
+  ConeLevels(const Functions& gl, RadianceMips::Directions directions);
+
+  // State must be saved, here and below. failed: a shader's log.
+  Status compile();
+  // Take over the volume and its radiance, as its reflect() left it or as the caches' last frame did, and fill the
+  // levels. usage: the caches have not followed this volume; unsupported: more than this OpenGL holds, after which
+  // there is nothing until a volume fits. Throws std::bad_alloc.
+  Status fill(const VoxelVolume& volume, const LiveCachesGl* caches);
+  bool isFilled() const { return follows_; }
+  // Textures, buffer and uniforms of a program with lib/cone_trace.glsl.
+  void bind(const Program& program) const;
+
+  // Definitions that all programs with cones need.
+  std::vector<std::pair<std::string, std::string>> defines() const;
+  std::uint32_t levels() const { return static_cast<std::uint32_t>(sizes_.size()); }
+  // As RadianceMips::texels(), read back. [1..levels()]
+  std::vector<glm::vec4> texels(std::uint32_t level) const;
+  // "voxels" on the CPU, "levels".
+  std::vector<PassTime> passTimes();
+  std::size_t voxelBytes() const {
+    return cells_.bytes() + sides_.bytes() + radiance_.bytes() + sources_.bytes() + occupiedBuffer_.bytes();
+  }
+  std::size_t levelBytes() const;
+
+ private:
+  Status checkSize(const VoxelVolume& volume) const;
+  void makeLevels();
+  void findVoxels(const VoxelVolume& volume);
+  void writeVoxels(const VoxelVolume& volume);
+  void writeRadiance(const VoxelVolume& volume);
+  void inject(const LiveCachesGl& caches);
+  void runLevels(bool clears);
+  void bindVoxels(const Program& program) const;
+  void bindLevels() const;
+  void bindLevelImage(std::uint32_t level) const;
+  std::uint32_t perVoxel() const { return directions_ == RadianceMips::Directions::six ? 6 : 1; }
+
+  const Functions& gl_;
+  RadianceMips::Directions directions_;
+  Program injectProgram_, firstProgram_, levelProgram_;
+  VolumeGrid grid_;
+  std::vector<glm::uvec3> sizes_;       // [Size levels()]
+  std::vector<std::uint32_t> offsets_;  // along z, of each
+  Texture first_, further_;
+  bool follows_ = false;
+  std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
+  // Of each occupied voxel the place of its sides among the volume's, kNoSource = it was dropped; and its front's share
+  // of the area.
+  struct Source {
+    std::uint32_t voxel = 0;
+    float front = 0.5f;
+  };
+  std::vector<Source> source_;
+  std::vector<glm::uvec4> cellTexels_;
+  std::vector<std::uint32_t> occupied_;       // of all levels: places, 10 bits an axis
+  std::vector<std::uint32_t> firstOccupied_;  // [Size levels() + 1]
+  CellTexture cells_;
+  GrowingBuffer sources_, occupiedBuffer_;
+  GrowingRows radiance_, sides_;
+  FrameTimer<1> timer_;
+  double voxelsMs_ = 0.0;
+};
+
+}  // namespace relume::gl

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+// Light that pixels find by cones through a lit voxel volume, in OpenGL 4.3: the passes of RadianceMips, PixelCones and
+// ConeTracer (runtime/cones), each of which a test compares with its twin there.
+//
+//   fill()   a frame: the voxels' radiance, from the CPU or from the caches' passes (live_caches_gl.h), and all levels
+//   trace()  a frame: the hemisphere over each pixel of a picture, one cone a pixel or all, and what pixels mirror
+//
+// Objects are made by create(), by the first fill() of a volume of another size and the first trace() of a picture of
+// another size, and by no other frame but where moving parts come to have more voxels than there is room for. Bindings
+// that a call uses are put back (runtime/gl/saved_state.h). What is refused leaves the light of the last frame. The
+// context that was current in create() is current in every other call, and when it dies.
+#pragma once
+
+#include "relume/relighter.h"
+#include "relume/result.h"
+#include "runtime/cones/pixel_cones.h"
+#include "runtime/live_gl/live_caches_gl.h"
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec4.hpp>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace relume {
+
+struct ConesGlOptions {
+  PixelConeOptions pixels;
+  RadianceMips::Directions directions = RadianceMips::Directions::six;
+  GetProcAddress getProcAddress;  // of the context that is current
+};
+
+// What a camera sees, in textures of the host's: GL_TEXTURE_2D of this size, row 0 at the bottom. Pixels whose numbers
+// are out of range or not finite are not seen.
+struct PixelTextures {
+  std::uint32_t width = 0, height = 0;    // [1..16384]
+  std::uint32_t places = 0;               // of floats: position [m]; depth along the viewing axis [m], 0 = nothing
+  std::uint32_t planes = 0, normals = 0;  // of floats or signed: unit; of the surface's plane, and to shade with
+  std::uint32_t mirrored = 0;             // of floats: unit mirrored direction; exponent of the lobe, negative =
+                                          // mirrors nothing. 0 = no glossy light is wanted
+  glm::mat4 clipFromWorld{1.0f};          // y upward
+};
+
+class ConesGl {
+ public:
+  // usage: as PixelCones::create(); getProcAddress is empty; unsupported: no OpenGL 4.3; failed: a shader's log.
+  static Result<ConesGl> create(const ConesGlOptions& options);
+  ConesGl(ConesGl&&) noexcept;
+  ConesGl& operator=(ConesGl&&) noexcept;
+  ~ConesGl();
+
+  // The volume as its reflect() left it; or with the radiance that the last frame of `caches`, of this volume, found.
+  // usage: of another volume; unsupported: more voxels than OpenGL's buffers and textures hold; memory.
+  [[nodiscard]] Status fill(const VoxelVolume& volume);
+  [[nodiscard]] Status fill(const VoxelVolume& volume, const LiveCachesGl& caches);
+
+  // A frame. usage: fill() has not been called; a sky or pixels that are refused (checkLiveSky(), checkPixels()), a
+  // texture that is none of this kind; unsupported: a picture larger than OpenGL's textures; memory. Pixels of another
+  // number drop what was kept.
+  [[nodiscard]] Status trace(const PixelTextures& pixels, const LiveSky& sky);
+  // Of the CPU's pixels, row 0 on top. mirrored: as PixelTextures has it. [Size 0 or width * height]
+  [[nodiscard]] Status trace(const PixelReceivers& pixels, const LiveSky& sky,
+                             std::span<const glm::vec4> mirrored = {});
+  // Nothing is kept of the frames before.
+  void reset();
+
+  // Textures of RGBA32F, of the last frame, until the next: as PixelCones::light(), and radiance that pixels mirror
+  // [W/m²/sr], as ConeTracer::glossy(). Rows are as the pixels' were; 0 before there are any.
+  std::uint32_t lightTexture() const;
+  std::uint32_t glossyTexture() const;
+  // Read back, as PixelCones has them. Waits for the GPU. [Size width * height]
+  std::vector<glm::vec4> light() const;
+  std::vector<glm::vec3> glossy() const;
+  std::vector<float> frames() const;
+  std::vector<std::uint8_t> edges() const;
+  // Levels above the voxels, and as RadianceMips::texels(), read back. [1..levels()]
+  std::uint32_t levels() const;
+  std::vector<glm::vec4> texels(std::uint32_t level) const;
+
+  // Of the last frame that the GPU has finished; "voxels" on the CPU.
+  std::vector<PassTime> passTimes() const;
+  std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
+
+ private:
+  struct State;
+  explicit ConesGl(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace relume

@@ -1,0 +1,391 @@
+// SPDX-License-Identifier: MIT
+// The OpenGL passes of cones against their twins on the CPU.
+#include "runtime/live_gl/cones_gl.h"
+
+#include "tests/cones/room_pictures.h"
+#include "tests/runtime/counting_loader.h"
+#include "tests/runtime/gl_test_support.h"
+
+#include <epoxy/gl.h>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace relume {
+namespace {
+
+using namespace test;
+using Directions = RadianceMips::Directions;
+
+// The room of the pictures with its ceiling half open, a thin wall, slanted squares and a box that moves; its sides
+// send out by where they are.
+struct Level {
+  VoxelLevel level;
+  VoxelVolume volume;
+  RadianceMips mips;
+
+  explicit Level(Directions directions = Directions::six, std::uint32_t cells = 16)
+      : volume(make(level, cells)), mips(directions) {
+    light();
+  }
+  static VoxelVolume make(VoxelLevel& level, std::uint32_t cells) {
+    level.surfaces[0] = {glm::vec3(0.8f)};
+    level.addQuad({-4, -4, -4}, {-4, -4, 4}, {4, -4, 4}, {4, -4, -4});
+    for (const float s : {-1.0f, 1.0f}) {
+      level.addBox({4 * s - 0.01f, -4, -4}, {4 * s + 0.01f, 4, 4}, false);
+      level.addBox({-4, -4, 4 * s - 0.01f}, {4, 4, 4 * s + 0.01f}, false);
+    }
+    level.addQuad({-4, 4, -4}, {0.5f, 4, -4}, {0.5f, 4, 4}, {-4, 4, 4});
+    level.addBox({-1, -4, -1}, {1, -2, 1}, false);
+    std::mt19937 random(5);
+    for (int i = 0; i < 30; ++i) {
+      const glm::vec3 at = 3.0f * unit(random), a = 0.6f * unit(random), b = 0.6f * unit(random);
+      level.addQuad(at, at + a, at + a + b, at + b);
+    }
+    level.addBox({-0.4f, -0.4f, -0.4f}, {0.4f, 0.4f, 0.4f}, false);
+    level.parts.back().moves = true;
+    level.parts.back().toWorld[3] = {-2.5f, -2.0f, 1.0f};
+    return volumeOf(level, coarse(cells));
+  }
+  void light() {
+    for (std::uint32_t s = 0; s < volume.sideCount(); ++s) {
+      const glm::vec3& p = volume.side(s).positionWorld;
+      volume.setRadiance(s, {p.x > 3.5f ? 6.0f : 0.2f, 0.5f + 0.1f * p.y, volume.side(s).area > 0.0f ? 1.0f : 0.0f});
+    }
+    EXPECT_TRUE(mips.update(volume));
+  }
+};
+
+std::vector<glm::vec3> skyMap(std::uint32_t side) {
+  std::vector<glm::vec3> map(std::size_t{side} * side);
+  for (std::size_t i = 0; i < map.size(); ++i)
+    map[i] = {2.0f, 0.1f * static_cast<float>(i % side), 0.05f * static_cast<float>(i / side)};
+  return map;
+}
+
+// Root mean square of the difference, over that of the first.
+template <class Vector>
+double relativeRmse(std::span<const Vector> expected, std::span<const Vector> found) {
+  EXPECT_EQ(expected.size(), found.size());
+  double sum = 0.0, all = 0.0;
+  for (std::size_t i = 0; i < std::min(expected.size(), found.size()); ++i) {
+    const Vector d = expected[i] - found[i];
+    EXPECT_TRUE(std::isfinite(glm::dot(d, d))) << i;
+    sum += static_cast<double>(glm::dot(d, d));
+    all += static_cast<double>(glm::dot(expected[i], expected[i]));
+  }
+  EXPECT_GT(all, 0.0);
+  return std::sqrt(sum / std::max(all, 1e-30));
+}
+
+double relativeRmse(std::span<const glm::vec4> expected, const std::vector<glm::vec4>& found) {
+  return relativeRmse<glm::vec4>(expected, std::span<const glm::vec4>(found));
+}
+
+ConesGl onGl(const PixelConeOptions& options, Directions directions = Directions::six) {
+  auto cones = ConesGl::create({options, directions, EglContext::getProcAddress});
+  EXPECT_TRUE(cones) << cones.error().message;
+  return std::move(*cones);
+}
+
+// The picture upside down, as OpenGL draws it.
+Picture upsideDown(const Picture& picture) {
+  Picture flipped = picture;
+  for (std::uint32_t y = 0; y < picture.height; ++y) {
+    for (std::uint32_t x = 0; x < picture.width; ++x) {
+      const std::size_t from = (picture.height - 1 - y) * picture.width + x, to = y * picture.width + x;
+      flipped.position[to] = picture.position[from];
+      flipped.normal[to] = picture.normal[from];
+      flipped.depth[to] = picture.depth[from];
+    }
+  }
+  return flipped;
+}
+
+const Picture& view() {
+  static const Picture picture(48, 32, {-3, -1, 3.2f}, {1, -2, 0});
+  return picture;
+}
+
+class ConesOnGl : public GlTest {};
+
+TEST_F(ConesOnGl, levelsAreTheirTwins) {
+  for (const Directions directions : {Directions::six, Directions::one}) {
+    for (const std::uint32_t cells : {8u, 13u}) {
+      const Level level(directions, cells);
+      ConesGl gl = onGl({}, directions);
+      ASSERT_TRUE(gl.fill(level.volume));
+      ASSERT_EQ(gl.levels(), level.mips.levels());
+      for (std::uint32_t l = 1; l <= gl.levels(); ++l)
+        EXPECT_LE(relativeRmse(level.mips.texels(l), gl.texels(l)), 1e-5) << cells << " cells, level " << l;
+    }
+  }
+}
+
+TEST_F(ConesOnGl, conesAreTheirTwins) {
+  const std::vector<glm::vec3> map = skyMap(16);
+  for (const Directions directions : {Directions::six, Directions::one}) {
+    const Level level(directions);
+    for (const bool interleaved : {true, false}) {
+      const LiveSky sky =
+          interleaved == (directions == Directions::six) ? LiveSky{{}, map, 16} : LiveSky{{0.3f, 0.4f, 0.5f}, {}, 0};
+      const ConeTracer tracer(level.volume, level.mips, sky);
+      const PixelConeOptions options{
+          .interleaved = interleaved, .gather = false, .blur = false, .keep = false, .falloff = 0.7f};
+      PixelCones cpu = conesOf(options);
+      ConesGl gl = onGl(options, directions);
+      ASSERT_TRUE(gl.fill(level.volume));
+      for (int f = 0; f < (interleaved ? 2 : 1); ++f) {
+        ASSERT_TRUE(cpu.update(tracer, view().receivers(), {}));
+        ASSERT_TRUE(gl.trace(view().receivers(), sky));
+        EXPECT_LE(relativeRmse(cpu.light(), gl.light()), 1e-3) << interleaved << ' ' << f;
+      }
+    }
+  }
+}
+
+// As the camera turns: what is shared, blurred and kept.
+TEST_F(ConesOnGl, eachFilterIsItsTwin) {
+  const Level level;
+  const LiveSky sky{{0.3f, 0.4f, 0.5f}, {}, 0};
+  const ConeTracer tracer(level.volume, level.mips, sky);
+  for (int stages = 0; stages < 4; ++stages) {
+    const PixelConeOptions options{.gather = stages != 0, .blur = stages >= 2, .keep = stages != 1, .mostFrames = 4};
+    PixelCones cpu = conesOf(options);
+    ConesGl gl = onGl(options);
+    ASSERT_TRUE(gl.fill(level.volume));
+    for (int f = 0; f < 6; ++f) {
+      const Picture picture(43, 31, {-3, -1, 3.2f}, {1.0f + 0.2f * static_cast<float>(f), -2, 0});
+      if (f == 4 && stages == 3) {
+        cpu.reset();
+        gl.reset();
+      }
+      ASSERT_TRUE(cpu.update(tracer, picture.receivers(), {}));
+      ASSERT_TRUE(gl.trace(picture.receivers(), sky));
+      EXPECT_LE(relativeRmse(cpu.light(), gl.light()), 1e-3) << "stages " << stages << " frame " << f;
+      const std::vector<std::uint8_t> edges = gl.edges();
+      EXPECT_TRUE(std::equal(edges.begin(), edges.end(), cpu.edges().begin(), cpu.edges().end()));
+      const std::vector<float> frames = gl.frames();
+      std::size_t off = 0;
+      for (std::size_t i = 0; i < frames.size(); ++i) off += std::abs(frames[i] - cpu.frames()[i]) > 1e-3f ? 1 : 0;
+      EXPECT_LE(off, frames.size() / 500) << "frame " << f;
+    }
+  }
+}
+
+TEST_F(ConesOnGl, lobesAreTheirTwins) {
+  const Level level;
+  const std::vector<glm::vec3> map = skyMap(16);
+  const LiveSky sky{{}, map, 16};
+  const ConeTracer tracer(level.volume, level.mips, sky);
+  ConesGl gl = onGl({});
+  ASSERT_TRUE(gl.fill(level.volume));
+  const Picture& picture = view();
+  for (const float exponent : {0.0f, 4.0f, 64.0f, 650.0f, 1e4f}) {
+    std::vector<glm::vec4> mirrored;
+    std::vector<glm::vec3> expected;
+    for (std::size_t i = 0; i < picture.depth.size(); ++i) {
+      const glm::vec3 ray = glm::normalize(picture.position[i] - glm::vec3(-3, -1, 3.2f));
+      mirrored.emplace_back(glm::reflect(ray, picture.normal[i]), i % 7 == 0 ? -1.0f : exponent);
+      expected.push_back(
+          i % 7 == 0 ? glm::vec3(0.0f)
+                     : tracer.glossy(picture.position[i], picture.normal[i], glm::vec3(mirrored.back()), exponent));
+    }
+    ASSERT_TRUE(gl.trace(picture.receivers(), sky, mirrored));
+    EXPECT_LE(relativeRmse<glm::vec3>(expected, gl.glossy()), 1e-3) << exponent;
+    EXPECT_NE(gl.glossyTexture(), 0u);
+  }
+  ASSERT_TRUE(gl.trace(picture.receivers(), sky));
+  EXPECT_TRUE(gl.glossy().empty()) << "none is asked for";
+}
+
+// Light that caches found on the GPU is read there.
+TEST_F(ConesOnGl, readTheRadianceOfTheCaches) {
+  Level level;
+  std::vector<Light> lights(1);
+  lights[0].intensity = {40, 30, 20};
+  lights[0].positionWorld = {2, 1, 2};
+  LightSetup setup;
+  setup.lights = lights;
+  auto caches = LiveCachesGl::create({{32}, EglContext::getProcAddress, "", {}});
+  ASSERT_TRUE(caches);
+  ConesGl gl = onGl({});
+  EXPECT_FALSE(gl.fill(level.volume, *caches)) << "which have no frame yet";
+  for (int f = 0; f < 3; ++f) {
+    glm::mat4x3 to(1.0f);
+    to[3] = {-2.5f + 0.5f * static_cast<float>(f), -2.0f, 1.0f};
+    ASSERT_TRUE(level.volume.move(std::vector<glm::mat4x3>{to}));
+    const Status stale = gl.fill(level.volume, *caches);
+    ASSERT_FALSE(stale) << "of before the move";
+    EXPECT_EQ(stale.error().code, ErrorCode::usage);
+    ASSERT_TRUE(caches->lightDirectly(level.volume, setup));
+    ASSERT_TRUE(caches->update(level.volume, {}));
+    ASSERT_TRUE(gl.fill(level.volume, *caches));
+    const std::vector<glm::vec3> radiance = caches->radiance();
+    for (std::uint32_t s = 0; s < level.volume.sideCount(); ++s) level.volume.setRadiance(s, radiance[s]);
+    ASSERT_TRUE(level.mips.update(level.volume));
+    for (std::uint32_t l = 1; l <= gl.levels(); ++l)
+      EXPECT_LE(relativeRmse(level.mips.texels(l), gl.texels(l)), 1e-5) << "frame " << f << ", level " << l;
+    const ConeTracer tracer(level.volume, level.mips, {});
+    const PixelConeOptions options{.keep = false};
+    PixelCones cpu = conesOf(options);
+    ConesGl once = onGl(options);
+    ASSERT_TRUE(once.fill(level.volume, *caches));
+    ASSERT_TRUE(cpu.update(tracer, view().receivers(), {}));
+    ASSERT_TRUE(once.trace(view().receivers(), {}));
+    EXPECT_LE(relativeRmse(cpu.light(), once.light()), 1e-3);
+  }
+}
+
+// A texture of RGBA32F.
+GLuint textureOf(std::uint32_t width, std::uint32_t height, const std::vector<glm::vec4>& texels) {
+  GLuint name = 0;
+  glGenTextures(1, &name);
+  glBindTexture(GL_TEXTURE_2D, name);
+  glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32F, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGBA, GL_FLOAT,
+                  texels.data());
+  glBindTexture(GL_TEXTURE_2D, 0);
+  return name;
+}
+
+// What the host draws, row 0 at the bottom: as the CPU has it of rows and clip space upside down.
+TEST_F(ConesOnGl, takeTheHostsTextures) {
+  const Level level;
+  const ConeTracer tracer(level.volume, level.mips, {});
+  PixelCones cpu = conesOf({});
+  ConesGl gl = onGl({});
+  ASSERT_TRUE(gl.fill(level.volume));
+  for (int f = 0; f < 3; ++f) {
+    Picture picture = upsideDown(Picture(48, 33, {-3, -1, 3.2f}, {1.0f + 0.1f * static_cast<float>(f), -2, 0}));
+    std::vector<glm::vec4> places, normals;
+    for (std::size_t i = 0; i < picture.depth.size(); ++i) {
+      places.emplace_back(picture.position[i], picture.depth[i]);
+      normals.emplace_back(picture.normal[i], 0.0f);
+    }
+    // Nonsense is not seen.
+    places[77].y = std::numeric_limits<float>::quiet_NaN();
+    places[78].w = -1.0f;
+    places[79].x = std::numeric_limits<float>::infinity();
+    normals[80].z = std::numeric_limits<float>::quiet_NaN();
+    for (const std::size_t i : {77u, 78u, 79u, 80u}) picture.depth[i] = 0.0f;
+    const GLuint place = textureOf(48, 33, places), normal = textureOf(48, 33, normals);
+    PixelTextures textures{48, 33, place, normal, normal, 0, picture.clipFromWorld};
+    ASSERT_TRUE(gl.trace(textures, {}));
+    PixelReceivers receivers = picture.receivers();
+    for (int c = 0; c < 4; ++c) receivers.clipFromWorld[c][1] *= -1.0f;
+    ASSERT_TRUE(cpu.update(tracer, receivers, {}));
+    EXPECT_LE(relativeRmse(cpu.light(), gl.light()), 1e-3);
+    EXPECT_EQ(gl.light()[78], glm::vec4(0.0f));
+
+    const std::vector<glm::vec4> before = gl.light();
+    PixelTextures wrong = textures;
+    wrong.height = 32;
+    const Status other = gl.trace(wrong, {});
+    ASSERT_FALSE(other);
+    EXPECT_NE(other.error().message.find("expected 48 x 32"), std::string::npos) << other.error().message;
+    wrong = textures;
+    wrong.planes = 0;
+    EXPECT_FALSE(gl.trace(wrong, {}));
+    wrong = textures;
+    wrong.mirrored = 999999;
+    EXPECT_FALSE(gl.trace(wrong, {}));
+    EXPECT_TRUE(gl.light() == before);
+    glDeleteTextures(1, &place);
+    glDeleteTextures(1, &normal);
+  }
+}
+
+TEST_F(ConesOnGl, framesMakeNoObject) {
+  Level level;
+  auto gl = ConesGl::create({{}, Directions::six, countingLoader(0)});
+  ASSERT_TRUE(gl);
+  ASSERT_TRUE(gl->fill(level.volume));
+  std::vector<glm::vec4> mirrored(view().depth.size(), glm::vec4(0, 1, 0, 16));
+  ASSERT_TRUE(gl->trace(view().receivers(), {}, mirrored));
+  forgetCalls(0);
+  for (int f = 0; f < 4; ++f) {
+    glm::mat4x3 to(1.0f);
+    to[3] = {-2.5f, -2.0f + 0.05f * static_cast<float>(f), 1.0f};
+    ASSERT_TRUE(level.volume.move(std::vector<glm::mat4x3>{to}));
+    ASSERT_TRUE(gl->fill(level.volume));
+    ASSERT_TRUE(gl->trace(view().receivers(), {}, mirrored));
+  }
+  EXPECT_GT(calls(0, "glDispatchCompute"), 40);
+  EXPECT_EQ(objectsMade(0), 0);
+  EXPECT_EQ(objectsDeleted(0), 0);
+}
+
+TEST_F(ConesOnGl, whatIsRefusedLeavesTheLight) {
+  EXPECT_FALSE(ConesGl::create({{.mostFrames = 0}, Directions::six, EglContext::getProcAddress}));
+  EXPECT_FALSE(ConesGl::create({{}, Directions::six, {}}));
+  Level level;
+  ConesGl gl = onGl({});
+  const Status early = gl.trace(view().receivers(), {});
+  ASSERT_FALSE(early);
+  EXPECT_NE(early.error().message.find("fill()"), std::string::npos);
+  EXPECT_TRUE(gl.light().empty());
+  ASSERT_TRUE(gl.fill(level.volume));
+  ASSERT_TRUE(gl.trace(view().receivers(), {}));
+  const std::vector<glm::vec4> before = gl.light();
+  Picture nan = view();
+  nan.position[5].y = std::numeric_limits<float>::quiet_NaN();
+  const Status refused = gl.trace(nan.receivers(), {});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("pixel 5"), std::string::npos);
+  EXPECT_FALSE(gl.trace(view().receivers(), {{-1.0f, 0, 0}, {}, 0}));
+  EXPECT_FALSE(gl.trace(view().receivers(), {}, std::vector<glm::vec4>(3)));
+  EXPECT_TRUE(gl.light() == before);
+}
+
+TEST_F(ConesOnGl, bindingsOfTheHostAreAsTheyWere) {
+  const Level level(Directions::six, 8);
+  ConesGl gl = onGl({});
+  GLuint buffer = 0, texture = 0, volume = 0;
+  glGenBuffers(1, &buffer);
+  glGenTextures(1, &texture);
+  glGenTextures(1, &volume);
+  for (GLuint slot = 0; slot < 6; ++slot) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, slot, buffer);
+  for (GLuint unit = 0; unit < 16; ++unit) {
+    glActiveTexture(GL_TEXTURE0 + unit);
+    glBindTexture(GL_TEXTURE_2D, texture);
+    glBindTexture(GL_TEXTURE_3D, volume);
+  }
+  glActiveTexture(GL_TEXTURE0 + 5);
+  ASSERT_TRUE(gl.fill(level.volume));
+  ASSERT_TRUE(gl.trace(view().receivers(), {}));
+  gl.light();
+  gl.edges();
+  gl.texels(2);
+  GLint found = 0;
+  for (GLuint slot = 0; slot < 6; ++slot) {
+    glGetIntegeri_v(GL_SHADER_STORAGE_BUFFER_BINDING, slot, &found);
+    EXPECT_EQ(static_cast<GLuint>(found), buffer);
+  }
+  for (GLuint unit = 0; unit < 3; ++unit) {
+    glGetIntegeri_v(GL_IMAGE_BINDING_NAME, unit, &found);
+    EXPECT_EQ(found, 0);
+  }
+  glGetIntegerv(GL_ACTIVE_TEXTURE, &found);
+  EXPECT_EQ(found, GL_TEXTURE0 + 5);
+  for (GLuint unit = 0; unit < 16; ++unit) {
+    glActiveTexture(GL_TEXTURE0 + unit);
+    glGetIntegerv(GL_TEXTURE_BINDING_2D, &found);
+    EXPECT_EQ(static_cast<GLuint>(found), texture) << unit;
+    glGetIntegerv(GL_TEXTURE_BINDING_3D, &found);
+    EXPECT_EQ(static_cast<GLuint>(found), volume) << unit;
+  }
+  glGetIntegerv(GL_CURRENT_PROGRAM, &found);
+  EXPECT_EQ(found, 0);
+  glDeleteBuffers(1, &buffer);
+  glDeleteTextures(1, &texture);
+  glDeleteTextures(1, &volume);
+}
+
+}  // namespace
+}  // namespace relume
