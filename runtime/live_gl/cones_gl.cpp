@@ -66,7 +66,7 @@ struct PixelImages {
 
 struct ConesGl::State {
   State(const gl::Functions& functions, const ConesGlOptions& wanted)
-      : gl_(functions), options(wanted.pixels), levels(gl_, wanted.directions) {}
+      : gl_(functions), options(wanted.pixels), hemisphere(wanted.hemisphere), levels(gl_, wanted.directions) {}
 
   Status compile();
   Status resize(std::uint32_t width, std::uint32_t height);
@@ -83,12 +83,14 @@ struct ConesGl::State {
     gl_.ActiveTexture(GL_TEXTURE0 + unit);
     gl_.BindTexture(GL_TEXTURE_2D, texture);
   }
+  void lightPixels(const LiveSky& sky, GLuint normals, bool rowsUp);
   void frame(const LiveSky& sky, GLuint normals, GLuint mirrored, const glm::mat4& clipFromWorld, bool rowsUp);
   template <class T>
   std::vector<T> read(const PixelImage& picture, GLenum layout, GLenum type) const;
 
   gl::Functions gl_;  // before all that deletes by it
   PixelConeOptions options;
+  bool hemisphere;
   gl::ConeLevels levels;
   gl::Program surfacesProgram, hemisphereProgram, lobeProgram, edgesProgram, gatherProgram, blurProgram, keepProgram;
   gl::GrowingBuffer directions{gl_};
@@ -211,13 +213,10 @@ void ConesGl::State::bindSky(const gl::Program& program, const LiveSky& sky) con
   gl::setUniform(gl_, program, "relumeConeSkyRadiance", sky.radiance);
 }
 
-// All passes, in the order of PixelCones::update().
-void ConesGl::State::frame(const LiveSky& sky, GLuint normals, GLuint mirrored, const glm::mat4& clipFromWorld,
-                           bool rowsUp) {
+// The passes of PixelCones::update(), in its order.
+void ConesGl::State::lightPixels(const LiveSky& sky, GLuint normals, bool rowsUp) {
   auto& light = images.light;
   std::size_t from = 1, to = 2;  // of `light`, between passes
-  writeSky(sky);
-  timer.mark(1);
 
   // 1. A cone a pixel, or all
   const float angle = options.interleaved ? 2.0f * std::numbers::pi_v<float> * turnOfFrame(frameNumber) : 0.0f;
@@ -277,10 +276,21 @@ void ConesGl::State::frame(const LiveSky& sky, GLuint normals, GLuint mirrored, 
   gl_.ProgramUniformMatrix4fv(keepProgram.get(), gl_.GetUniformLocation(keepProgram.get(), "relumeConeOldClip"), 1,
                               GL_FALSE, glm::value_ptr(oldClip));
   pass(keepProgram);
-  timer.mark(6);
   std::swap(light[0], light[from]);
+}
 
-  // 5. What pixels mirror
+void ConesGl::State::frame(const LiveSky& sky, GLuint normals, GLuint mirrored, const glm::mat4& clipFromWorld,
+                           bool rowsUp) {
+  writeSky(sky);
+  timer.mark(1);
+  if (hemisphere) {
+    lightPixels(sky, normals, rowsUp);
+  } else {
+    for (std::size_t pass = 2; pass < 6; ++pass) timer.mark(pass);
+  }
+  timer.mark(6);
+
+  // What pixels mirror
   hasGlossy = mirrored != 0;
   if (hasGlossy) {
     levels.bind(lobeProgram);

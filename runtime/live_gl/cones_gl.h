@@ -31,6 +31,7 @@ namespace relume {
 struct ConesGlOptions {
   PixelConeOptions pixels;
   RadianceMips::Directions directions = RadianceMips::Directions::six;
+  bool hemisphere = true;         // false: what pixels mirror alone
   GetProcAddress getProcAddress;  // of the context that is current
 };
 

@@ -88,7 +88,7 @@ double relativeRmse(std::span<const glm::vec4> expected, const std::vector<glm::
 }
 
 ConesGl onGl(const PixelConeOptions& options, Directions directions = Directions::six) {
-  auto cones = ConesGl::create({options, directions, EglContext::getProcAddress});
+  auto cones = ConesGl::create({options, directions, true, EglContext::getProcAddress});
   EXPECT_TRUE(cones) << cones.error().message;
   return std::move(*cones);
 }
@@ -303,7 +303,7 @@ TEST_F(ConesOnGl, takeTheHostsTextures) {
 
 TEST_F(ConesOnGl, framesMakeNoObject) {
   Level level;
-  auto gl = ConesGl::create({{}, Directions::six, countingLoader(0)});
+  auto gl = ConesGl::create({{}, Directions::six, true, countingLoader(0)});
   ASSERT_TRUE(gl);
   ASSERT_TRUE(gl->fill(level.volume));
   std::vector<glm::vec4> mirrored(view().depth.size(), glm::vec4(0, 1, 0, 16));
@@ -322,8 +322,8 @@ TEST_F(ConesOnGl, framesMakeNoObject) {
 }
 
 TEST_F(ConesOnGl, whatIsRefusedLeavesTheLight) {
-  EXPECT_FALSE(ConesGl::create({{.mostFrames = 0}, Directions::six, EglContext::getProcAddress}));
-  EXPECT_FALSE(ConesGl::create({{}, Directions::six, {}}));
+  EXPECT_FALSE(ConesGl::create({{.mostFrames = 0}, Directions::six, true, EglContext::getProcAddress}));
+  EXPECT_FALSE(ConesGl::create({{}, Directions::six, true, {}}));
   Level level;
   ConesGl gl = onGl({});
   const Status early = gl.trace(view().receivers(), {});

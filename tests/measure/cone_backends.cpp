@@ -80,8 +80,8 @@ int main(int argc, char** argv) {
   const EglContext egl = orExit(EglContext::create({}));
   const PixelConeOptions all{.interleaved = false, .gather = false, .blur = false, .keep = false};
   PixelCones cpu = orExit(PixelCones::create({})), cpuAll = orExit(PixelCones::create(all));
-  ConesGl gl = orExit(ConesGl::create({{}, RadianceMips::Directions::six, EglContext::getProcAddress}));
-  ConesGl glAll = orExit(ConesGl::create({all, RadianceMips::Directions::six, EglContext::getProcAddress}));
+  ConesGl gl = orExit(ConesGl::create({{}, RadianceMips::Directions::six, true, EglContext::getProcAddress}));
+  ConesGl glAll = orExit(ConesGl::create({all, RadianceMips::Directions::six, true, EglContext::getProcAddress}));
   const ConeTracer tracer(voxels.volume, voxels.mips, voxels.sky());
   Least onCpu, onGpu;
   std::vector<glm::vec3> glossy(mirrored.size());

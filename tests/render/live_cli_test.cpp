@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -35,7 +37,6 @@ TEST_F(RenderCommand, lightsALevelWithoutABake) {
   EXPECT_GT(light[1], 0.0);
   EXPECT_GT(light[2], 0.0);
   EXPECT_GT(light[0], light[2]) << "emitters send straight to the caches as well";
-  expectRefused(live({"--backend", "gl"}), 1, {"--live", "CPU"});
   expectRefused(live({"--live-cells", "65"}), 1, {"--live-cells"});
   expectRefused(live({"--bands", "Y3Co1Cg1"}), 1, {"--bands", "--live-transport rsm"});
 }
@@ -185,6 +186,63 @@ TEST_F(RenderCommand, followsConesThroughALevel) {
   expectRefused(draw({"--bake", "none.relume"}), 2, {"none.relume"});
   expectRefused(draw({"--aov", "occlusion,direct", "--occlusion-falloff", "-1"}), 1, {"--occlusion-falloff"});
   expectRefused(render({"--bake", bake_, "--aov", "occlusion"}), 1, {"--aov occlusion", "--live"});
+}
+
+// The same in OpenGL: voxels by its shadow maps, surfaces by its raster, cones by its passes.
+TEST_F(RenderCommand, followsConesInOpenGlAsOnTheCpu) {
+  const auto draw = [&](const std::string& backend, std::vector<std::string> more) {
+    std::vector<std::string> words{"render",      kLevel,      "--live",   "--live-cells", "16",
+                                   "--live-rays", "16",        "--camera", "cam_hall",     "--size",
+                                   "48x27",       "--samples", "1",        "--backend",    backend,
+                                   "--lights",    "spot",      "--force",  "-o",           image()};
+    words.insert(words.end(), more.begin(), more.end());
+    return runProgram(words, folder_);
+  };
+  const auto layer = [&](const std::string& name) {
+    const auto picture = readExr(folder_ / ("image." + name + ".exr"));
+    EXPECT_TRUE(picture);
+    return std::vector<glm::vec3>(picture->layer(""));
+  };
+  // Mean difference of two pictures over the mean of the first.
+  const auto difference = [](const std::vector<glm::vec3>& a, const std::vector<glm::vec3>& b) {
+    double sum = 0.0, off = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      sum += a[i].y;
+      off += std::abs(a[i].y - b[i].y);
+    }
+    EXPECT_GT(sum, 0.0);
+    return off / sum;
+  };
+  const std::vector<std::string> wanted{"--aov", "occlusion,glossy,indirect,voxels", "--exponent", "64"};
+  const ProgramResult onGl = draw("gl", wanted);
+  if (onGl.status == 5) GTEST_SKIP() << onGl.err;
+  ASSERT_EQ(onGl.status, 0) << onGl.err;
+  const auto open = layer("occlusion"), glossy = layer("glossy"), indirect = layer("indirect"),
+             voxels = layer("voxels");
+  ASSERT_EQ(draw("cpu", wanted).status, 0);
+  EXPECT_LE(difference(layer("occlusion"), open), 0.01);
+  EXPECT_LE(difference(layer("glossy"), glossy), 0.1);
+  EXPECT_LE(difference(layer("indirect"), indirect), 0.1);
+  EXPECT_LE(difference(layer("voxels"), voxels), 0.1);
+
+  // A bake lights the voxels by rays on both.
+  const std::vector<std::string> baked{"--bake", bake_, "--aov", "occlusion,glossy", "--exponent", "16"};
+  ASSERT_EQ(draw("gl", baked).status, 0);
+  const auto mirrored = layer("glossy");
+  EXPECT_LE(difference(open, layer("occlusion")), 1e-5);
+  ASSERT_EQ(draw("cpu", baked).status, 0);
+  EXPECT_LE(difference(layer("glossy"), mirrored), 0.02);
+
+  // Materials' gloss; and occlusion alone, for which nothing is lit.
+  ASSERT_EQ(draw("gl", {"--gloss", "--aov", "full,bounced"}).status, 0);
+  const auto full = layer("full");
+  ASSERT_EQ(draw("cpu", {"--gloss", "--aov", "full,bounced"}).status, 0);
+  EXPECT_LE(difference(layer("full"), full), 0.1);
+  const ProgramResult dark = draw("gl", {"--aov", "occlusion,depth", "--json"});
+  ASSERT_EQ(dark.status, 0) << dark.err;
+  EXPECT_EQ(dark.out.find("\"gather\": 0"), std::string::npos);
+  EXPECT_LE(difference(open, layer("occlusion")), 1e-5);
+  expectRefused(draw("gl", {"--live-transport", "rsm", "--aov", "indirect"}), 1, {"--live-transport rsm", "CPU"});
 }
 
 }  // namespace

@@ -86,11 +86,11 @@ Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequ
 // Light without a bake: what it is not combined with.
 Status checkLive(const RenderArguments& arguments, RenderRequest& request) {
   if (!arguments.live) return done();
-  if (arguments.backend != "cpu") return usage("--live runs on the CPU: --backend cpu");
   auto rsm = readRsm(arguments.rsm, arguments.bake.empty() ? request.bands : Bands{}, request.bounces);
   if (!rsm) return rsm.error();
   if (*rsm && (request.gloss || request.exponent))
     return usage("--live-transport rsm has no glossy light: leave out --gloss and --exponent");
+  if (*rsm && arguments.backend != "cpu") return usage("--live-transport rsm runs on the CPU: --backend cpu");
   if (*rsm && !arguments.bake.empty()) return usage("--live-transport rsm lights without a bake: leave out --bake");
   request.live = arguments.liveRequest;
   request.live->rsm = *rsm;
@@ -168,6 +168,10 @@ Status reserveFrame(const View& view, std::size_t aovs, const RenderArguments& a
 
 Result<RenderedFrame> drawWith(const std::string& backend, const Scene& scene, const RenderRequest& request,
                                Context& context) {
+  // In OpenGL a bake lights voxels by rays as well.
+  if (backend != "gl" || (request.live && request.bake != nullptr)) {
+    if (Status ok = reserveRays(scene, RayStructure::thorough, context, RayGeometry::drawn); !ok) return ok.error();
+  }
   if (backend == "gl") {
 #ifdef RELUME_RENDER_GL
     return renderGl(scene, request, context);
@@ -175,7 +179,6 @@ Result<RenderedFrame> drawWith(const std::string& backend, const Scene& scene, c
     return Error{ErrorCode::unsupported, "--backend gl: this relume was built without OpenGL"};
 #endif
   }
-  if (Status ok = reserveRays(scene, RayStructure::thorough, context, RayGeometry::drawn); !ok) return ok.error();
   auto tracer = RayTracer::create(scene, BakeOptions{}.embreeIsa, context, RayStructure::thorough, RayGeometry::drawn);
   if (!tracer) return tracer.error();
   return renderCpu(*tracer, request, context);

@@ -74,6 +74,10 @@ float levelSpecularShare(float f0, float roughness, float cosine) {
 // The exponent at which caches are asked for a surface that mirrors as sharply: what their bands carry, roughness 0.6 and up
 // (glossyShare() of relume/glossy.h). OpenGL has no rays for the rest, and a lobe too wide is better than one that rings.
 float levelCacheExponent(float exponent) { return min(exponent, 3.3580247); }
+// What caches take of a lobe where somebody else takes the rest: glossyShare() of glossyRoughness().
+float levelCacheShare(float exponent) {
+  return smoothstep(0.4, 0.6, sqrt(sqrt(0.5 / (max(exponent, 1.0) + 0.5))));
+}
 // n: unit; toEye: unit. Of irradiance / pi and of the lobe's light.
 void levelSplitReflectance(vec3 baseColor, vec2 metalRough, vec3 n, vec3 toEye, out vec3 diffuse, out vec3 specular) {
   float c = clamp(dot(n, toEye), 0.0, 1.0), dielectric = levelSpecularShare(0.04, metalRough.y, c);

@@ -20,6 +20,7 @@ namespace relume {
 //   vec3 levelGlossy(vec3 p, vec3 n, vec3 r, float exponent)   mean radiance over links in a lobe about r, likewise
 //   vec3 levelHighlights(vec3 p, vec3 r, float exponent, vec3 toEye)   radiance of the lights in it, shadowed
 //   float levelCacheExponent(float exponent)   at which to ask levelGlossy() where nobody else takes what is sharper
+//   float levelCacheShare(float exponent)   of what is to be asked of it where somebody does
 //   float levelExponent(float roughness), void levelSplitReflectance(baseColor, metalRough, n, toEye, out diffuse, out
 //   specular)                          glossyExponent() and splitReflectance() of relume/glossy.h
 // `relighter` is of the GL backend, or null; lookup: how levelLinks() reads the grid. failed: a shader did not compile.

@@ -8,6 +8,7 @@
 #include "formats/octahedron.h"
 #include "runtime/cones/surfel_voxels.h"
 #include "tools/render/context_threads.h"
+#include "tools/render/converge_live.h"
 #include "tools/render/ray_shadows.h"
 #include "tools/render/rsm_maps.h"
 #include "tools/render/scene_bounds.h"
@@ -22,34 +23,9 @@
 namespace relume {
 namespace {
 
-constexpr int kSettling = 24;             // frames whose caches are not kept: bounces add up
-constexpr int kConverged = 64;            // frames in all, the others averaged
-constexpr int kOfABounce = 32;            // frames of each bounce, where they are counted
 constexpr int kBouncesOfMaps = 12;        // where they are not counted
 constexpr double kDepthPixels = 1e6;      // at least, of the picture whose depths tell which cells are seen
 constexpr std::uint32_t kSkySamples = 4;  // along a texel's side
-
-// Some frames of one bounce, or of unreflected light: averaged rays over voxels that stay as they are. The first set of
-// rays is `set`.
-Status gatherOnce(LiveCaches& light, VoxelVolume& volume, LiveFrame frame, int set, int frames, Context& context) {
-  for (int f = 0; f < frames && !context.cancelled(); ++f) {
-    frame.freezeVoxels = f > 0;
-    frame.keep = static_cast<float>(f) / static_cast<float>(f + 1);
-    frame.raySet = static_cast<std::uint32_t>(set + f);
-    if (Status ok = light.update(volume, frame); !ok) return ok;
-  }
-  return done();
-}
-
-Status converge(LiveCaches& light, VoxelVolume& volume, LiveFrame frame, Context& context) {
-  for (int f = 0; f < kConverged && !context.cancelled(); ++f) {
-    const auto kept = static_cast<float>(std::max(f - kSettling, 0));
-    frame.keep = kept / (kept + 1.0f);
-    frame.raySet = static_cast<std::uint32_t>(f);
-    if (Status ok = light.update(volume, frame); !ok) return ok;
-  }
-  return done();
-}
 
 // One receiver a pixel, as a frame of a game reads: their time is a pass of its own.
 void resolvePixels(const RayTracer& tracer, const RenderRequest& request, RsmLight& light, Context& context) {
@@ -223,17 +199,16 @@ Result<VoxelVolume> voxeliseScene(const Scene& scene, std::uint32_t cells, const
   return volume;
 }
 
-namespace {
-
-// The voxels of a request, dark.
-Result<VoxelView> openView(const RayTracer& tracer, const RenderRequest& request, Context& context) {
-  auto volume = voxeliseScene(tracer.scene(), request.live->cells, contextParallelFor(context), context);
+Result<VoxelView> darkVoxels(const Scene& scene, const RenderRequest& request, Context& context) {
+  auto volume = voxeliseScene(scene, request.live->cells, contextParallelFor(context), context);
   if (!volume) return volume.error();
   VoxelView view{std::move(*volume), RadianceMips(request.live->directions)};
   view.skyRadiance = request.sky.radiance;
   view.skyMap = liveSkyMap(request.sky);
   return view;
 }
+
+namespace {
 
 Status lightDirectly(const RayTracer& tracer, const RenderRequest& request, VoxelVolume& volume, Context& context) {
   const std::vector<Light> lights = toRuntimeLights(request.lights);
@@ -248,7 +223,7 @@ glm::vec3 emissionScaleOf(const RenderRequest& request) { return glm::vec3(reque
 }  // namespace
 
 Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request, Context& context) {
-  auto voxels = openView(tracer, request, context);
+  auto voxels = darkVoxels(tracer.scene(), request, context);
   if (!voxels) return voxels.error();
   if (!request.live->lit) return LiveView{std::move(*voxels)};
   if (request.live->rsm) return lightByMaps(tracer, request, std::move(*voxels), context);
@@ -261,34 +236,22 @@ Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request
   LiveFrame frame;
   frame.emissionScale = emissionScaleOf(request);
   frame.sky = view.voxels.sky();
-  frame.bounceScale = 0.0f;
   if (request.straight) {
     auto straight = LiveCaches::create(options);
     if (!straight) return straight.error();
     view.straight.emplace(std::move(*straight));
-    // By the rays that average the rest, so that their difference has none of their noise.
-    const int set = request.bounces > 0 ? 0 : kSettling,
-              count = request.bounces > 0 ? kOfABounce : kConverged - kSettling;
-    if (Status ok = gatherOnce(*view.straight, volume, frame, set, count, context); !ok) return ok.error();
   }
-
-  if (Status ok = lightDirectly(tracer, request, volume, context); !ok) return ok.error();
-  for (int bounce = 0; bounce < request.bounces; ++bounce) {
-    frame.bounceScale = bounce > 0 ? 1.0f : 0.0f;
-    if (Status ok = gatherOnce(*view.all, volume, frame, 0, kOfABounce, context); !ok) return ok.error();
-    view.frames += kOfABounce;
-  }
-  if (request.bounces == 0) {
-    frame.bounceScale = 1.0f;
-    if (Status ok = converge(*view.all, volume, frame, context); !ok) return ok.error();
-    view.frames = kConverged;
-  }
+  const auto frames = convergeLive(
+      *view.all, view.straight ? &*view.straight : nullptr, volume, frame, request.bounces,
+      [&] { return lightDirectly(tracer, request, volume, context); }, context);
+  if (!frames) return frames.error();
+  view.frames = *frames;
   return view;
 }
 
 Result<VoxelView> lightByBake(const RayTracer& tracer, const RenderRequest& request, const Relighter& relighter,
                               Context& context) {
-  auto view = openView(tracer, request, context);
+  auto view = darkVoxels(tracer.scene(), request, context);
   if (!view || !request.live->lit) return view;
   if (Status ok = lightDirectly(tracer, request, view->volume, context); !ok) return ok.error();
   auto lit = SurfelVoxels::create(view->volume, *request.bake);

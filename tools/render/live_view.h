@@ -59,6 +59,9 @@ std::vector<glm::vec3> liveSkyMap(const Sky& sky);
 Result<VoxelVolume> voxeliseScene(const Scene& scene, std::uint32_t cells, const ParallelFor& parallelFor,
                                   Context& context);
 
+// The voxels of a request, without light. [request.live holds]
+Result<VoxelView> darkVoxels(const Scene& scene, const RenderRequest& request, Context& context);
+
 // Light it until bounces and rays have converged, or for as many bounces as are asked for (by maps: 12 where they are
 // not counted); `tracer` casts the shadows of the punctual lights. [request.live holds]
 Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request, Context& context);

@@ -6,6 +6,7 @@
 #include "tools/gl_scene/gl_level.h"
 #include "tools/gl_scene/level_shader.h"
 #include "tools/gl_scene/shadow_maps.h"
+#include "tools/render/live_gl.h"
 #include "tools/render/render_gl.h"
 
 #include <glm/ext/matrix_clip_space.hpp>
@@ -17,11 +18,14 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
+#include <optional>
 
 namespace relume {
 namespace {
 
 constexpr std::uint32_t kTile = 1024;  // sub-pixels a side
+constexpr GLuint kConeUnit = 19;       // of what cones find: renderConeLight, renderConeGlossy
 
 // Radiances with albedo, except normal and position. w of the albedo is 1 where something is hit.
 const char* kMain = R"(
@@ -34,6 +38,11 @@ layout(location = 10) uniform bool renderCentres;
 layout(location = 11) uniform float renderExponent;  // links in lobes about the reflected directions; negative: irradiance
 layout(location = 12) uniform vec4 renderEye;        // position, 1; or of parallel rays the direction, 0
 layout(location = 13) uniform bool renderGloss;      // surfaces mirror as their materials say
+layout(location = 14) uniform bool renderSurfaces;   // what cones start from, and nothing else
+layout(location = 15) uniform bool renderCones;      // they have found what is mirrored and how open places are
+layout(location = 16) uniform bool renderCaches;     // beside cones, a bake's caches have rough lobes
+layout(binding = 19) uniform sampler2D renderConeLight;
+layout(binding = 20) uniform sampler2D renderConeGlossy;
 void main() {
   if (!levelOpaque()) discard;
   vec3 n = levelNormal(), p = levelPosition, albedo = levelAlbedo(), specular = vec3(1.0);
@@ -44,6 +53,14 @@ void main() {
     levelSplitReflectance(albedo, metalRough, n, -ray, albedo, specular);
     exponent = levelExponent(metalRough.y);
   }
+  if (renderSurfaces) {
+    outAlbedo = vec4(p, 1.0 / gl_FragCoord.w);
+    outDirect = vec4(levelPlane(p, -ray), 0.0);
+    outLinks = vec4(n, 0.0);
+    outEmission = vec4(reflect(ray, n), exponent);
+    return;
+  }
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
   outAlbedo = vec4(albedo, 1.0);
   if (renderCentres) {
     outDirect = vec4(n, 0.0);
@@ -54,20 +71,28 @@ void main() {
   const float invPi = 0.31830988618;
   outDirect = vec4(albedo * levelDirect(p, n) * invPi, 0.0);
   if (renderExponent >= 0.0) {
-    vec3 r = reflect(ray, n), light = levelGlossy(p, n, r, renderGloss ? levelCacheExponent(exponent) : exponent);
+    vec3 r = reflect(ray, n), light = vec3(0.0);
+    if (renderCones) {
+      float share = renderCaches ? levelCacheShare(exponent) : 0.0;
+      light = (1.0 - share) * texelFetch(renderConeGlossy, pixel, 0).rgb;
+      if (share > 0.0) light += share * levelGlossy(p, n, r, exponent);
+    } else {
+      light = levelGlossy(p, n, r, renderGloss ? levelCacheExponent(exponent) : exponent);
+    }
     if (renderGloss) light += levelHighlights(p, r, exponent, -ray);
     outLinks = vec4(specular * light, 0.0);
   } else {
     outLinks = vec4(albedo * levelLinks(p, n) * invPi, 0.0);
   }
-  outEmission = vec4(renderEmissive * levelEmission(), 0.0);
+  outEmission = vec4(renderEmissive * levelEmission(), renderCones ? texelFetch(renderConeLight, pixel, 0).w : 0.0);
 }
 )";
 
 // Four float targets and a depth buffer of one tile.
 class Targets {
  public:
-  Targets() : framebuffer_(GlFramebuffer::make()) {
+  Targets(std::uint32_t width, std::uint32_t height)
+      : width_(width), height_(height), framebuffer_(GlFramebuffer::make()) {
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
     std::array<GLenum, 4> buffers{};
     for (std::size_t i = 0; i < 4; ++i) {
@@ -92,6 +117,15 @@ class Targets {
     glClearDepth(1.0);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   }
+  // What cones start from, as drawn with renderSurfaces.
+  PixelTextures surfaces(bool mirrors) const {
+    return {width_,
+            height_,
+            textures_[0].name(),
+            textures_[1].name(),
+            textures_[2].name(),
+            mirrors ? textures_[3].name() : 0u};
+  }
   // Pixels of one target, row 0 at the bottom.
   void read(int target, std::uint32_t width, std::uint32_t height, std::vector<glm::vec4>& pixels) const {
     pixels.resize(std::size_t{width} * height);
@@ -100,14 +134,15 @@ class Targets {
   }
 
  private:
-  static GlTexture storage(GLenum format) {
+  GlTexture storage(GLenum format) const {
     GlTexture texture = GlTexture::make();
     glBindTexture(GL_TEXTURE_2D, texture.name());
-    glTexStorage2D(GL_TEXTURE_2D, 1, format, kTile, kTile);
+    glTexStorage2D(GL_TEXTURE_2D, 1, format, static_cast<GLsizei>(width_), static_cast<GLsizei>(height_));
     glBindTexture(GL_TEXTURE_2D, 0);
     return texture;
   }
 
+  std::uint32_t width_, height_;
   GlFramebuffer framebuffer_;
   std::array<GlTexture, 4> textures_;
   GlTexture depth_;
@@ -148,33 +183,52 @@ glm::mat4 tileClip(const RenderRequest& request, const GlLevel& level, const Til
   return stretch * project * view;
 }
 
+// Light over links, of a bake or without one; neither where there is none.
+struct LinkLight {
+  const Relighter* baked = nullptr;
+  const LiveCachesGl* live = nullptr;
+
+  explicit operator bool() const { return baked != nullptr || live != nullptr; }
+  void bind(GLuint program) const {
+    if (baked != nullptr) baked->gl()->bind();
+    if (live == nullptr) return;
+    live->setUniforms(program);
+    live->bind();
+  }
+};
+
 class GlRenderer {
  public:
-  GlRenderer(const RenderRequest& request, const GlLevel& level, GLuint program, const Targets& targets,
+  // live: as the request asks for it, or null.
+  GlRenderer(const RenderRequest& request, const GlLevel& level, GLuint program, const Targets& targets, LiveGl* live,
              RenderedFrame& frame)
-      : request_(request), level_(level), program_(program), targets_(targets), frame_(frame) {}
+      : request_(request), level_(level), program_(program), targets_(targets), live_(live), frame_(frame) {}
 
-  // Draw a tile with supersampling and add it to the frame.
-  void shade(const Tile& tile, const Relit& relit) {
-    const Relighter* all = relit.all ? &*relit.all : nullptr;
-    if (request_.drawsGlossy() && all) {
+  // Draw a tile with supersampling and add it to the frame. Errors of ConesGl.
+  Status shade(const Tile& tile, const LinkLight& all, const LinkLight& straight) {
+    if (live_ != nullptr && live_->cones) {
+      if (Status ok = followCones(tile); !ok) return ok;
+    }
+    if (request_.drawsGlossy() && (all || request_.drawsCones())) {
       drawTile(tile, all, request_.samples, false, request_.exponent.value_or(0.0f));
       box(2, tile, frame_.glossy);
     }
     drawTile(tile, all, request_.samples, false);
+    if (request_.occlusionFalloff) boxOpen(tile);
     box(0, tile, frame_.albedo);
     box(1, tile, frame_.direct);
     box(2, tile, frame_.indirect);
     box(3, tile, frame_.emission);
     addSky(tile);
-    if (!relit.straight) return;
-    drawTile(tile, &*relit.straight, request_.samples, false);
+    if (!straight) return done();
+    drawTile(tile, straight, request_.samples, false);
     box(2, tile, frame_.straight);
+    return done();
   }
 
   // Normals, positions and depths at pixel centres.
   void centres(const Tile& tile) {
-    drawTile(tile, nullptr, 1, true);
+    drawTile(tile, {}, 1, true);
     const CameraRays rays(request_.camera, request_.width, request_.height);
     std::vector<glm::vec4> hit, normal, position;
     targets_.read(0, tile.width, tile.height, hit);
@@ -192,8 +246,39 @@ class GlRenderer {
     }
   }
 
+  // The lit side of the first voxel that each pixel's ray meets.
+  void voxels() {
+    const VoxelVolume& volume = live_->voxels.volume;
+    const CameraRays rays(request_.camera, request_.width, request_.height);
+    for (std::uint32_t i = 0; i < request_.width * request_.height; ++i) {
+      glm::vec3 origin, direction;
+      rays.at(static_cast<float>(i % request_.width) + 0.5f, static_cast<float>(i / request_.width) + 0.5f, origin,
+              direction);
+      const MarchHit hit = volume.march(origin, direction, std::numeric_limits<float>::infinity());
+      if (hit.found) frame_.voxels[i] = volume.radianceAt(hit.voxel, direction);
+    }
+  }
+
  private:
-  void drawTile(const Tile& tile, const Relighter* relighter, std::uint32_t samples, bool centresOnly,
+  // From each sub-pixel of a tile. What they find stays bound for the draws.
+  Status followCones(const Tile& tile) {
+    glUseProgram(program_);
+    glUniform1i(14, 1);
+    drawTile(tile, {}, request_.samples, false, request_.exponent.value_or(-1.0f));
+    glUniform1i(14, 0);
+    PixelTextures surfaces = targets_.surfaces(request_.drawsGlossy());
+    surfaces.clipFromWorld = tileClip(request_, level_, tile);
+    if (Status ok = live_->cones->trace(surfaces, live_->voxels.sky()); !ok) return ok;
+    const GLuint found[] = {live_->cones->lightTexture(), live_->cones->glossyTexture()};
+    for (GLuint i = 0; i < 2; ++i) {
+      glActiveTexture(GL_TEXTURE0 + kConeUnit + i);
+      glBindTexture(GL_TEXTURE_2D, found[i]);
+    }
+    glActiveTexture(GL_TEXTURE0);
+    return done();
+  }
+
+  void drawTile(const Tile& tile, const LinkLight& links, std::uint32_t samples, bool centresOnly,
                 float exponent = -1.0f) const {
     targets_.begin(tile.width * samples, tile.height * samples);
     glUseProgram(program_);
@@ -204,7 +289,9 @@ class GlRenderer {
     const glm::vec4 eye = rays.orthographic ? glm::vec4(rays.forward, 0.0f) : glm::vec4(rays.origin, 1.0f);
     glUniform4fv(12, 1, glm::value_ptr(eye));
     glUniform1i(13, request_.gloss ? 1 : 0);
-    if (relighter) relighter->gl()->bind();
+    glUniform1i(15, live_ != nullptr && live_->cones ? 1 : 0);
+    glUniform1i(16, links.baked != nullptr ? 1 : 0);
+    links.bind(program_);
     const glm::mat4 clip = tileClip(request_, level_, tile);
     level_.draw(clip, request_.gloss);
     level_.drawDynamic(clip, {}, request_.gloss);
@@ -219,6 +306,22 @@ class GlRenderer {
       const std::size_t row = std::size_t{tile.y + (height - 1 - y) / samples} * request_.width + tile.x;
       for (std::uint32_t x = 0; x < width; ++x) {
         layer[row + x / samples] += weight * glm::vec3(pixels_[std::size_t{y} * width + x]);
+      }
+    }
+  }
+
+  // How open the surroundings of each pixel are: wholly where nothing is hit.
+  void boxOpen(const Tile& tile) {
+    const std::uint32_t samples = request_.samples, width = tile.width * samples, height = tile.height * samples;
+    std::vector<glm::vec4> hit;
+    targets_.read(0, width, height, hit);
+    targets_.read(3, width, height, pixels_);
+    const float weight = 1.0f / static_cast<float>(samples * samples);
+    for (std::uint32_t y = 0; y < height; ++y) {
+      const std::size_t row = std::size_t{tile.y + (height - 1 - y) / samples} * request_.width + tile.x;
+      for (std::uint32_t x = 0; x < width; ++x) {
+        const std::size_t from = std::size_t{y} * width + x;
+        frame_.open[row + x / samples] += weight * (hit[from].w > 0.0f ? 1.0f - pixels_[from].w : 1.0f);
       }
     }
   }
@@ -248,6 +351,7 @@ class GlRenderer {
   const GlLevel& level_;
   GLuint program_;
   const Targets& targets_;
+  LiveGl* live_;
   RenderedFrame& frame_;
   std::vector<glm::vec4> pixels_;
 };
@@ -294,21 +398,35 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   });
   if (!relit) return relit.error();
 
+  // Light by voxels
+  std::optional<LiveGl> live;
+  if (request.live) {
+    auto lit = lightLiveGl(scene, request, *shadows, lights, context);
+    if (context.cancelled()) return cancelledError();
+    if (!lit) return lit.error();
+    live.emplace(std::move(*lit));
+  }
+
   // Draw, tile by tile
-  auto program = makeLevelProgram(relit->all ? &*relit->all : nullptr, kMain, request.gridLookup);
+  auto program = live && live->all ? makeLiveProgram(kMain)
+                                   : makeLevelProgram(relit->all ? &*relit->all : nullptr, kMain, request.gridLookup);
   if (!program) return program.error();
   shadows->setUniforms(program->name());
   setLevelLights(program->name(), lights);
   shadows->bind();
-  const Targets targets;
+  const std::vector<Tile> tiles = tilesOf(request, request.samples);
+  const std::uint32_t most = std::max(request.samples, 1u);
+  const Targets targets(std::max(most * tiles[0].width, std::min(request.width, kTile)),
+                        std::max(most * tiles[0].height, std::min(request.height, kTile)));
   if (!targets.complete()) return Error{ErrorCode::unsupported, "OpenGL cannot draw into 32-bit float targets"};
   RenderedFrame frame;
   frame.renderer = "gl: " + egl->renderer();
   frame.resize(request);
-  GlRenderer renderer(request, *level, program->name(), targets, frame);
-  const std::vector<Tile> tiles = tilesOf(request, request.samples);
+  GlRenderer renderer(request, *level, program->name(), targets, live ? &*live : nullptr, frame);
+  const LinkLight all{relit->all ? &*relit->all : nullptr, live && live->all ? &*live->all : nullptr},
+      straight{relit->straight ? &*relit->straight : nullptr, live && live->straight ? &*live->straight : nullptr};
   for (std::size_t i = 0; i < tiles.size(); ++i) {
-    renderer.shade(tiles[i], *relit);
+    if (Status ok = renderer.shade(tiles[i], all, straight); !ok) return ok.error();
     if (!context.progress("draw", static_cast<double>(i + 1) / static_cast<double>(tiles.size())))
       return cancelledError();
   }
@@ -318,11 +436,22 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
       renderer.centres(tile);
     }
   }
+  if (request.voxels) renderer.voxels();
   frame.frames = relit->frames;
   if (relit->all) {
     frame.bands = bandsName({relit->all->lumaBands(), relit->all->chromaBands()});
     frame.passTimes = relit->all->passTimes();
     frame.bufferBytes = relit->all->bufferSizes();
+  }
+  if (live) {
+    if (live->all) {
+      frame.frames = live->frames;
+      frame.bands = "live light";
+    } else if (!relit->all) {
+      frame.bands = "voxels without light";
+    }
+    for (const PassTime& pass : live->passTimes()) frame.passTimes.push_back(pass);
+    for (const auto& buffer : live->bufferSizes()) frame.bufferBytes.push_back(buffer);
   }
   return frame;
 }
