@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: MIT
-// Level 1 of what cones read, from the voxels: RadianceMips::update(), which a test compares. A thread a voxel of the
-// level that is not empty.
+// Level 1 of what cones read, from the voxels: RadianceMips::update(), which a test compares. A thread a voxel of its
+// list.
 #include "shared/layout.h"
 #include "lib/live_threads.glsl"
 #include "lib/live_volume.glsl"
 #include "lib/cone_depth.glsl"
 #include "lib/cone_voxels.glsl"
-#include "lib/cone_occupied.glsl"
+#include "lib/cone_list.glsl"
 
 layout(rgba32f, binding = 0) writeonly uniform image3D level;
 
 void main() {
   uint i = relumeLiveThread();
   if (i >= relumeLiveThreads) return;
-  ivec3 v = relumeConeOccupied(i);
+  ivec3 v = relumeConeListed(i);
   uvec4 cell = texelFetch(relumeLiveCells, v >> 1, 0);
   vec4 front[8], back[8];
   for (int c = 0; c < 8; ++c) {
     uint bit = relumeLiveBit(2 * v + ivec3(c & 1, c >> 1 & 1, c >> 2));
     front[c] = vec4(0.0);
     back[c] = vec4(0.0);
-    if (!relumeConeClears && relumeLiveIsSet(cell.xy, bit)) {
+    if (relumeLiveIsSet(cell.xy, bit)) {
       uint number = cell.z + relumeLiveCountBefore(cell.xy, bit);
       front[c] = texelFetch(relumeConeRadiance, relumeConeTexel(2u * number), 0);
       back[c] = texelFetch(relumeConeRadiance, relumeConeTexel(2u * number + 1u), 0);

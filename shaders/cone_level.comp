@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// A level of what cones read from the one below: RadianceMips::update(), which a test compares. A thread a voxel of the
-// level that is not empty.
+// A level of what cones read from the one below: RadianceMips::update(), which a test compares. A thread a voxel of its
+// list.
 #include "shared/layout.h"
 #include "lib/live_threads.glsl"
 #include "lib/cone_depth.glsl"
-#include "lib/cone_occupied.glsl"
+#include "lib/cone_list.glsl"
 
 layout(binding = RELUME_CONE_UNIT_FIRST) uniform sampler3D firstLevel;
 layout(binding = RELUME_CONE_UNIT_LEVELS) uniform sampler3D furtherLevels;
@@ -18,13 +18,13 @@ uniform bool relumeConeIsSecond;  // whether that is level 1
 void main() {
   uint i = relumeLiveThread();
   if (i >= relumeLiveThreads) return;
-  ivec3 v = relumeConeOccupied(i);
+  ivec3 v = relumeConeListed(i);
   for (uint d = 0u; d < uint(RELUME_CONE_DIRECTIONS); ++d) {
     vec4 part[8];
     for (int c = 0; c < 8; ++c) {
       ivec3 child = 2 * v + ivec3(c & 1, c >> 1 & 1, c >> 2), at = child + ivec3(d * relumeConeBelow.x, 0, 0);
       part[c] = vec4(0.0);
-      if (relumeConeClears || any(greaterThanEqual(child, ivec3(relumeConeBelow)))) continue;
+      if (any(greaterThanEqual(child, ivec3(relumeConeBelow)))) continue;
       part[c] = relumeConeIsSecond ? texelFetch(firstLevel, at, 0)
                                    : texelFetch(furtherLevels, at + ivec3(0, 0, relumeConePlace.y), 0);
     }

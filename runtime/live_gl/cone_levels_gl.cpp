@@ -4,6 +4,7 @@
 
 #include "runtime/gl/plan_objects.h"
 #include "runtime/gl/program.h"
+#include "runtime/shared/chunks.h"
 #include "runtime/shared/stopwatch.h"
 
 #include <algorithm>
@@ -18,6 +19,7 @@ Error tooLarge(const std::string& what) { return {ErrorCode::unsupported, "cones
 
 constexpr std::uint32_t kNoSource = 0xFFFFFFFFu;
 constexpr std::uint32_t kSideTexels = 4;  // of a voxel
+constexpr std::uint32_t kCells = 1024;    // of a chunk
 
 // Of so many texels.
 std::uint32_t rowsOfTexels(std::size_t texels) {
@@ -26,19 +28,6 @@ std::uint32_t rowsOfTexels(std::size_t texels) {
 
 std::uint32_t countOf(const glm::uvec3& size) { return size.x * size.y * size.z; }
 
-// Whether no voxel of a cell and the 26 around it is set.
-bool isEmptyAround(const VolumeGrid& grid, std::span<const std::uint64_t> bits, const glm::ivec3& cell) {
-  const glm::ivec3 low = glm::max(cell - 1, 0), high = glm::min(cell + 1, grid.cells - 1);
-  for (int z = low.z; z <= high.z; ++z) {
-    for (int y = low.y; y <= high.y; ++y) {
-      for (int x = low.x; x <= high.x; ++x) {
-        if (bits[grid.cellIndex({x, y, z})] != 0) return false;
-      }
-    }
-  }
-  return true;
-}
-
 }  // namespace
 
 ConeLevels::ConeLevels(const Functions& gl, RadianceMips::Directions directions)
@@ -46,7 +35,7 @@ ConeLevels::ConeLevels(const Functions& gl, RadianceMips::Directions directions)
       directions_(directions),
       cells_(gl),
       sources_(gl),
-      occupiedBuffer_(gl),
+      listBuffer_(gl),
       radiance_(gl, kFloats, RELUME_LIVE_SIDES_A_ROW),
       sides_(gl, kFloats, RELUME_LIVE_SIDES_A_ROW),
       timer_(gl) {}
@@ -86,6 +75,8 @@ Status ConeLevels::checkSize(const VoxelVolume& volume) const {
 void ConeLevels::makeLevels() {
   sizes_.clear();
   offsets_.clear();
+  occupied_.clear();
+  firstOccupied_.clear();
   std::uint32_t end = 0;
   for (glm::uvec3 size(grid_.voxels()); std::max({size.x, size.y, size.z}) > 1;) {
     size = (size + 1u) / 2u;
@@ -111,66 +102,86 @@ void ConeLevels::makeLevels() {
   further_ = make(perVoxel() * sizes_[1].x, sizes_[1].y, end);
 }
 
-// Which voxels there are, at all levels.
+// Which voxels there are.
 void ConeLevels::findVoxels(const VoxelVolume& volume) {
   const VoxelLayer &standing = volume.standing(), &moving = volume.moving();
   const std::span<const std::uint64_t> bits = volume.bits();
-  source_.clear();
   cellTexels_.resize(grid_.cellCount());
-  std::vector<std::uint8_t> isOccupied(countOf(sizes_[0]), 0);  // of a level
+  std::uint32_t count = 0;
   for (std::uint32_t c = 0; c < cellTexels_.size(); ++c) {
-    const glm::ivec3 cell = grid_.cellAt(c);
-    cellTexels_[c] = {static_cast<std::uint32_t>(bits[c]), static_cast<std::uint32_t>(bits[c] >> 32), source_.size(),
-                      bits[c] == 0 && isEmptyAround(grid_, bits, cell) ? 1u : 0u};
-    for (std::uint64_t rest = bits[c]; rest != 0; rest &= rest - 1) {
-      const glm::ivec3 v = kBrickSide * cell + voxelOfBit(std::countr_zero(rest));
-      const bool moves = moving.occupied > 0 && moving.has(grid_, v);
-      const std::uint32_t number = (moves ? moving : standing).numberOf(grid_, v);
-      Source& source = source_.emplace_back(Source{kNoSource, 0.5f});
-      if (number < (moves ? moving : standing).kept) {
-        source.voxel = moves ? standing.kept + number : number;
-        const float front = volume.side(2 * source.voxel).area, back = volume.side(2 * source.voxel + 1).area;
-        if (front + back > 0.0f) source.front = front / (front + back);
-      }
-      const glm::uvec3 parent(v / 2);
-      isOccupied[(parent.z * sizes_[0].y + parent.y) * sizes_[0].x + parent.x] = 1;
+    cellTexels_[c] = {static_cast<std::uint32_t>(bits[c]), static_cast<std::uint32_t>(bits[c] >> 32), count, 0};
+    count += static_cast<std::uint32_t>(std::popcount(bits[c]));
+  }
+  source_.assign(count, Source{kNoSource, 0.5f});
+  sideTexels_.assign(kSideTexels * std::size_t{count}, glm::vec4(0.0f));
+  forChunks(volume.parallelFor(), static_cast<std::uint32_t>(cellTexels_.size()), kCells,
+            [&](std::uint32_t begin, std::uint32_t end) {
+              for (std::uint32_t c = begin; c < end; ++c) {
+                std::uint32_t i = cellTexels_[c].z;
+                for (std::uint64_t rest = bits[c]; rest != 0; rest &= rest - 1, ++i) {
+                  const glm::ivec3 v = kBrickSide * grid_.cellAt(c) + voxelOfBit(std::countr_zero(rest));
+                  const bool moves = moving.occupied > 0 && moving.has(grid_, v);
+                  const std::uint32_t number = (moves ? moving : standing).numberOf(grid_, v);
+                  if (number >= (moves ? moving : standing).kept) continue;
+                  const std::uint32_t voxel = moves ? standing.kept + number : number;
+                  const VoxelSide &front = volume.side(2 * voxel), &back = volume.side(2 * voxel + 1);
+                  const float area = front.area + back.area;
+                  source_[i] = {voxel, area > 0.0f ? front.area / area : 0.5f};
+                  glm::vec4* const to = &sideTexels_[kSideTexels * std::size_t{i}];
+                  to[0] = glm::vec4(grid_.toGrid(front.positionWorld), 0.0f);
+                  to[1] = glm::vec4(front.normal, 0.0f);
+                  to[2] = glm::vec4(grid_.toGrid(back.positionWorld), 0.0f);
+                  to[3] = glm::vec4(back.normal, 0.0f);
+                }
+              }
+            });
+}
+
+// Of each level the voxels that hold one of the level below, with those that did before: what they hold is zero then.
+void ConeLevels::listVoxels() {
+  constexpr std::uint8_t kNow = 1, kBefore = 2;
+  const std::vector<std::uint32_t> before = std::move(occupied_), firstBefore = std::move(firstOccupied_);
+  std::vector<std::uint8_t> is(countOf(sizes_[0]), 0);
+  for (std::uint32_t c = 0; c < cellTexels_.size(); ++c) {
+    const glm::uvec3 low = 2u * glm::uvec3(grid_.cellAt(c));
+    for (std::uint64_t rest = cellTexels_[c].x | std::uint64_t{cellTexels_[c].y} << 32; rest != 0; rest &= rest - 1) {
+      const glm::uvec3 v = low + glm::uvec3(voxelOfBit(std::countr_zero(rest)) / 2);
+      is[(v.z * sizes_[0].y + v.y) * sizes_[0].x + v.x] = kNow;
     }
   }
-
-  // Of each level those that hold one of the level below
   occupied_.clear();
   firstOccupied_.assign(1, 0);
+  listed_.clear();
+  firstListed_.assign(1, 0);
   for (std::size_t l = 0; l < sizes_.size(); ++l) {
     const glm::uvec3 size = sizes_[l], above = (size + 1u) / 2u;
+    for (std::uint32_t i = firstBefore.empty() ? 0 : firstBefore[l]; !firstBefore.empty() && i < firstBefore[l + 1];
+         ++i)
+      is[((before[i] >> 20) * size.y + (before[i] >> 10 & 1023u)) * size.x + (before[i] & 1023u)] |= kBefore;
     std::vector<std::uint8_t> next(countOf(above), 0);
-    for (std::uint32_t i = 0; i < isOccupied.size(); ++i) {
-      if (isOccupied[i] == 0) continue;
+    for (std::uint32_t i = 0; i < is.size(); ++i) {
+      if (is[i] == 0) continue;
       const glm::uvec3 v(i % size.x, i / size.x % size.y, i / (size.x * size.y));
-      occupied_.push_back(v.x | v.y << 10 | v.z << 20);
-      next[((v.z / 2) * above.y + v.y / 2) * above.x + v.x / 2] = 1;
+      const std::uint32_t word = v.x | v.y << 10 | v.z << 20;
+      listed_.push_back(word);
+      if ((is[i] & kNow) == 0) continue;
+      occupied_.push_back(word);
+      next[((v.z / 2) * above.y + v.y / 2) * above.x + v.x / 2] = kNow;
     }
     firstOccupied_.push_back(static_cast<std::uint32_t>(occupied_.size()));
-    isOccupied = std::move(next);
+    firstListed_.push_back(static_cast<std::uint32_t>(listed_.size()));
+    is = std::move(next);
   }
 }
 
-void ConeLevels::writeVoxels(const VoxelVolume& volume) {
+void ConeLevels::writeVoxels() {
   cells_.write(grid_.cells.x, grid_.cells.y, grid_.cells.z, cellTexels_.data());
   sources_.reserve(sizeof(Source) * source_.size());
   sources_.write(0, bytesOf(source_));
-  occupiedBuffer_.reserve(sizeof(std::uint32_t) * occupied_.size());
-  occupiedBuffer_.write(0, bytesOf(occupied_));
-  std::vector<glm::vec4> texels;
-  texels.reserve(kSideTexels * source_.size());
-  for (const Source& source : source_) {
-    for (std::uint32_t s = 0; s < 2; ++s) {
-      const VoxelSide side = source.voxel == kNoSource ? VoxelSide{} : volume.side(2 * source.voxel + s);
-      texels.emplace_back(grid_.toGrid(side.positionWorld), 0.0f);
-      texels.emplace_back(side.normal, 0.0f);
-    }
-  }
-  sides_.reserve(rowsOfTexels(texels.size()));
-  sides_.write(bytesOf(texels));
+  listBuffer_.reserve(sizeof(std::uint32_t) * listed_.size());
+  listBuffer_.write(0, bytesOf(listed_));
+  sides_.reserve(rowsOfTexels(sideTexels_.size()));
+  sides_.write(bytesOf(sideTexels_));
   radiance_.reserve(rowsOfTexels(2 * source_.size()));
 }
 
@@ -226,23 +237,22 @@ void ConeLevels::bind(const Program& program) const {
     setUniform(gl_, program, ("relumeConeOffset[" + std::to_string(l) + "]").c_str(), offsets_[l - 1]);
 }
 
-// Each level from the one below; or all that is listed to zero.
-void ConeLevels::runLevels(bool clears) {
+// Each level from the one below.
+void ConeLevels::runLevels() {
   bindVoxels(firstProgram_);
   bindLevels();
-  occupiedBuffer_.bind(RELUME_CONE_SLOT_OCCUPIED);
+  listBuffer_.bind(RELUME_CONE_SLOT_LIST);
   for (std::uint32_t l = 1; l <= levels(); ++l) {
     const Program& program = l == 1 ? firstProgram_ : levelProgram_;
     bindLevelImage(l);
-    setUniform(gl_, program, "relumeConeClears", clears ? 1u : 0u);
-    setUniform(gl_, program, "relumeConeFirstOccupied", firstOccupied_[l - 1]);
+    setUniform(gl_, program, "relumeConeFirstListed", firstListed_[l - 1]);
     if (l > 1) {
       setUniform(gl_, program, "relumeConeSize", sizes_[l - 1]);
       setUniform(gl_, program, "relumeConeBelow", sizes_[l - 2]);
       setUniform(gl_, program, "relumeConePlace", glm::uvec2(offsets_[l - 1], offsets_[l - 2]));
       setUniform(gl_, program, "relumeConeIsSecond", l == 2 ? 1u : 0u);
     }
-    runThreads(gl_, program, firstOccupied_[l] - firstOccupied_[l - 1]);
+    runThreads(gl_, program, firstListed_[l] - firstListed_[l - 1]);
     waitForShaders(gl_);
   }
 }
@@ -259,13 +269,10 @@ Status ConeLevels::fill(const VoxelVolume& volume, const LiveCachesGl* caches) {
     const bool isSame = follows_ && grid_.cells == volume.grid().cells;
     follows_ = false;
     grid_ = volume.grid();
-    if (isSame) {
-      runLevels(true);
-    } else {
-      makeLevels();
-    }
+    if (!isSame) makeLevels();
     findVoxels(volume);
-    writeVoxels(volume);
+    listVoxels();
+    writeVoxels();
     standingVersion_ = volume.standingVersion();
     movingVersion_ = volume.movingVersion();
   }
@@ -280,7 +287,7 @@ Status ConeLevels::fill(const VoxelVolume& volume, const LiveCachesGl* caches) {
     inject(*caches);
   }
   waitForShaders(gl_);
-  runLevels(false);
+  runLevels();
   timer_.mark(1);
   timer_.endFrame();
   if (gl_.GetError() == GL_OUT_OF_MEMORY)

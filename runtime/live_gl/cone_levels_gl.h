@@ -2,9 +2,8 @@
 // What cones read in OpenGL: the sides of a volume's voxels with their radiance, and all levels above, found in compute
 // from them. The twin of RadianceMips (runtime/cones/radiance_mips.h).
 //
-// Voxels that stand and those that move have one numbering, so that a place is looked up once, and cells that are empty
-// as are the 26 around them say so: cones step through those without reading voxels. Of each level the voxels that are
-// not empty are listed, and no others are found anew in a frame.
+// Voxels that stand and those that move have one numbering, so that a place is looked up once. Of each level the voxels
+// that are not empty are listed, and no others are found anew in a frame.
 //
 // Level 1 is a 3-D texture of RGBA32F, its directions beside each other along x; the further levels are another one,
 // one behind the other along z.
@@ -50,7 +49,7 @@ class ConeLevels {
   // "voxels" on the CPU, "levels".
   std::vector<PassTime> passTimes();
   std::size_t voxelBytes() const {
-    return cells_.bytes() + sides_.bytes() + radiance_.bytes() + sources_.bytes() + occupiedBuffer_.bytes();
+    return cells_.bytes() + sides_.bytes() + radiance_.bytes() + sources_.bytes() + listBuffer_.bytes();
   }
   std::size_t levelBytes() const;
 
@@ -58,10 +57,11 @@ class ConeLevels {
   Status checkSize(const VoxelVolume& volume) const;
   void makeLevels();
   void findVoxels(const VoxelVolume& volume);
-  void writeVoxels(const VoxelVolume& volume);
+  void listVoxels();
+  void writeVoxels();
   void writeRadiance(const VoxelVolume& volume);
   void inject(const LiveCachesGl& caches);
-  void runLevels(bool clears);
+  void runLevels();
   void bindVoxels(const Program& program) const;
   void bindLevels() const;
   void bindLevelImage(std::uint32_t level) const;
@@ -84,10 +84,12 @@ class ConeLevels {
   };
   std::vector<Source> source_;
   std::vector<glm::uvec4> cellTexels_;
-  std::vector<std::uint32_t> occupied_;       // of all levels: places, 10 bits an axis
-  std::vector<std::uint32_t> firstOccupied_;  // [Size levels() + 1]
+  std::vector<glm::vec4> sideTexels_;
+  // Of all levels the voxels that are not empty, and those that are found in a frame: places, 10 bits an axis; and
+  // where each level's begin. [Size levels() + 1]
+  std::vector<std::uint32_t> occupied_, firstOccupied_, listed_, firstListed_;
   CellTexture cells_;
-  GrowingBuffer sources_, occupiedBuffer_;
+  GrowingBuffer sources_, listBuffer_;
   GrowingRows radiance_, sides_;
   FrameTimer<1> timer_;
   double voxelsMs_ = 0.0;

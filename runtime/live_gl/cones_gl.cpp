@@ -39,32 +39,32 @@ std::vector<glm::vec4> packDirections(const LiveSky& sky) {
   return packed;
 }
 
-// A pixel image that passes read and write.
-struct PixelImage {
-  gl::Texture texture;
-  GLenum format = GL_RGBA32F;
-
-  void bind(const gl::Functions& gl, GLuint unit) const {
-    gl.ActiveTexture(GL_TEXTURE0 + unit);
-    gl.BindTexture(GL_TEXTURE_2D, texture.get());
-  }
-  void bindImage(const gl::Functions& gl, GLuint unit) const {
-    gl.BindImageTexture(unit, texture.get(), 0, GL_FALSE, 0, GL_WRITE_ONLY, format);
-  }
-};
-
-// All of a picture's size. Of two, the first is of this frame and the second of the one before; of `light` the last two
-// are between passes.
-struct PixelImages {
-  glm::ivec2 size{0};
-  std::array<PixelImage, 2> places, planes, frames;
-  std::array<PixelImage, 3> light;
-  PixelImage normals, mirrored, glossy, edges;
-};
-
 }  // namespace
 
 struct ConesGl::State {
+  // A pixel image that passes read and write.
+  struct PixelImage {
+    gl::Texture texture;
+    GLenum format = GL_RGBA32F;
+
+    void bind(const gl::Functions& gl, GLuint unit) const {
+      gl.ActiveTexture(GL_TEXTURE0 + unit);
+      gl.BindTexture(GL_TEXTURE_2D, texture.get());
+    }
+    void bindImage(const gl::Functions& gl, GLuint unit) const {
+      gl.BindImageTexture(unit, texture.get(), 0, GL_FALSE, 0, GL_WRITE_ONLY, format);
+    }
+  };
+
+  // All of a picture's size. Of two, the first is of this frame and the second of the one before; of `light` the last
+  // two are between passes.
+  struct PixelImages {
+    glm::ivec2 size{0};
+    std::array<PixelImage, 2> places, planes, frames;
+    std::array<PixelImage, 3> light;
+    PixelImage normals, mirrored, glossy, edges;
+  };
+
   State(const gl::Functions& functions, const ConesGlOptions& wanted)
       : gl_(functions), options(wanted.pixels), hemisphere(wanted.hemisphere), levels(gl_, wanted.directions) {}
 

@@ -118,12 +118,6 @@ void relumeConeMeets(vec4 depth, float falloff, inout RelumeMarch m) {
   m.clear -= blocked;
 }
 
-// Whether all is empty that a sample no wider than 4 voxels reads.
-bool relumeConeIsEmpty(vec3 place) {
-  ivec3 cell = clamp(ivec3(floor(place)) >> 2, ivec3(0), ivec3(relumeLiveSize) - 1);
-  return texelFetch(relumeLiveCells, cell, 0).w != 0u;
-}
-
 // Radiance with what lies beyond the volume, and occlusion. Samples widen, so each range of widths has a loop of its
 // own that reads no more than it needs: software executes both branches of a condition.
 vec4 relumeConeFollow(RelumeCone cone, float falloff) {
@@ -159,8 +153,6 @@ vec4 relumeConeFollow(RelumeCone cone, float falloff) {
   }
   // Voxels, and level 1
   while (relumeConeIsOn(m) && m.width < 2.0) {
-    while (relumeConeIsOn(m) && m.width < 2.0 && relumeConeIsEmpty(m.place)) relumeConeAdvance(cone, cosine, m);
-    if (!(relumeConeIsOn(m) && m.width < 2.0)) break;
     vec4 depth = relumeConeReadVoxels(m.place, way, false, cone.origin);
     depth = mix(depth, relumeConeReadFirst(m.place, way), log2(m.width));
     relumeConeMeets(depth, falloff, m);
@@ -168,8 +160,6 @@ vec4 relumeConeFollow(RelumeCone cone, float falloff) {
   }
   // Levels 1 and 2
   while (relumeConeIsOn(m) && m.width < 4.0) {
-    while (relumeConeIsOn(m) && m.width < 4.0 && relumeConeIsEmpty(m.place)) relumeConeAdvance(cone, cosine, m);
-    if (!(relumeConeIsOn(m) && m.width < 4.0)) break;
     vec4 depth = mix(relumeConeReadFirst(m.place, way), relumeConeReadFurther(2, m.place, way), log2(m.width) - 1.0);
     relumeConeMeets(depth, falloff, m);
     relumeConeAdvance(cone, cosine, m);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Voxels as cones read them, what stands and what moves under one numbering. Of relumeLiveCells (lib/live_volume.glsl)
-// the bits are those of all voxels, and w is 1 where the cell and the 26 around it are empty.
+// Voxels as cones read them, what stands and what moves under one numbering: relumeLiveCells (lib/live_volume.glsl) has
+// the bits of all of them.
 layout(binding = RELUME_CONE_UNIT_RADIANCE) uniform sampler2D relumeConeRadiance;
 layout(binding = RELUME_CONE_UNIT_SIDES) uniform sampler2D relumeConeSides;
 

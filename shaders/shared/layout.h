@@ -182,7 +182,7 @@
 
 // Cones (runtime/live_gl/cones_gl.h); cells are bound as those of light without a bake.
 #define RELUME_CONE_SLOT_DIRECTIONS 0  // the hemisphere's cones: direction, tangent; then the texels of the sky's map
-#define RELUME_CONE_SLOT_OCCUPIED 0    // levels: the voxels of all levels that are not empty, 10 bits an axis
+#define RELUME_CONE_SLOT_LIST 0        // levels: the voxels of each that are not empty, or were not; 10 bits an axis
 #define RELUME_CONE_SLOT_SOURCES 0     // inject: the voxel of the caches' radiance that each one has; ~0 = none
 #define RELUME_CONE_UNIT_RADIANCE 14   // two texels a voxel: front, axis as RELUME_LIVE_SLOT_VOXELS; back, depth
 #define RELUME_CONE_UNIT_SIDES 15      // four texels a voxel: front's position [voxels], its normal; the back's

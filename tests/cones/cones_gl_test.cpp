@@ -343,6 +343,49 @@ TEST_F(ConesOnGl, whatIsRefusedLeavesTheLight) {
   EXPECT_TRUE(gl.light() == before);
 }
 
+// A driver with small textures, and one without a function.
+GLint most2D = 0, most3D = 0;
+void APIENTRY fewTexels(GLenum what, GLint* value) {
+  glGetIntegerv(what, value);
+  if (what == GL_MAX_TEXTURE_SIZE && most2D > 0) *value = most2D;
+  if (what == GL_MAX_3D_TEXTURE_SIZE && most3D > 0) *value = most3D;
+}
+
+TEST_F(ConesOnGl, limitsAndMissingFunctionsAreNamed) {
+  const auto without = ConesGl::create({{}, Directions::six, true, [](const char* name) -> GlProc {
+                                          if (std::string(name) == "glCopyImageSubData") return nullptr;
+                                          return EglContext::getProcAddress(name);
+                                        }});
+  ASSERT_FALSE(without);
+  EXPECT_EQ(without.error().code, ErrorCode::unsupported);
+  EXPECT_NE(without.error().message.find("glCopyImageSubData"), std::string::npos) << without.error().message;
+
+  auto gl = ConesGl::create({{}, Directions::six, true, [](const char* name) -> GlProc {
+                               if (std::string(name) == "glGetIntegerv") return reinterpret_cast<GlProc>(&fewTexels);
+                               return EglContext::getProcAddress(name);
+                             }});
+  ASSERT_TRUE(gl) << gl.error().message;
+  const Level level(Directions::six, 8), larger;
+  ASSERT_TRUE(gl->fill(level.volume));
+  ASSERT_TRUE(gl->trace(view().receivers(), {}));
+  const std::vector<glm::vec4> before = gl->light();
+  most3D = 128;
+  const Status volume = gl->fill(larger.volume);
+  most3D = 0;
+  ASSERT_FALSE(volume);
+  EXPECT_EQ(volume.error().code, ErrorCode::unsupported);
+  EXPECT_NE(volume.error().message.find("192 are needed"), std::string::npos) << volume.error().message;
+  most2D = 40;
+  const Picture wide(44, 20, {-3, -1, 3.2f}, {1, -2, 0});
+  const Status picture = gl->trace(wide.receivers(), {});
+  most2D = 0;
+  ASSERT_FALSE(picture);
+  EXPECT_EQ(picture.error().code, ErrorCode::unsupported);
+  EXPECT_NE(picture.error().message.find("44 x 20"), std::string::npos) << picture.error().message;
+  EXPECT_TRUE(gl->light() == before);
+  EXPECT_TRUE(gl->trace(view().receivers(), {})) << "the volume of before is still there";
+}
+
 TEST_F(ConesOnGl, bindingsOfTheHostAreAsTheyWere) {
   const Level level(Directions::six, 8);
   ConesGl gl = onGl({});
