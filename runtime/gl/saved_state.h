@@ -8,7 +8,7 @@
 
 namespace relume::gl {
 
-// Remembers on construction and restores on destruction: the program; the generic and the indexed bindings 0 to 6 of
+// Remembers on construction and restores on destruction: the program; the generic and the indexed bindings 0 to 7 of
 // GL_SHADER_STORAGE_BUFFER; the generic and indexed binding 7 of GL_UNIFORM_BUFFER; the active texture unit; 2-D, 2-D
 // array and 3-D texture and sampler of the last of 16 units; image units 0 to 2; the copy buffers, the buffer of
 // indirect dispatches and the pixel pack and unpack state.
