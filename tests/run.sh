@@ -22,24 +22,7 @@ for argument in "$@"; do
   esac
 done
 
-# The long runs are of the release build; the sanitizers see the default suite, and without --long not the tests that
-# measure numbers (label `numbers`).
-without=(--label-exclude '^numbers$')
-tests=(relume_tests)
-if [ "$long" -eq 1 ]; then
-  without=()
-  tests+=(relume_numbers)
-fi
-# What the sanitizers test, made with what processors the release tests leave: those wait for screens, pages, a scheduler.
-make_sanitized() {
-  renice -n 19 "$BASHPID"
-  cmake --preset tsan -DRELUME_BUILD_TESTS=ON
-  cmake --build build/tsan --parallel "$(nproc)" --target "${tests[@]}"
-  cmake --preset dev -DRELUME_BUILD_TESTS=ON -DRELUME_BUILD_SAMPLES=OFF
-  cmake --build build/dev --parallel "$(nproc)" --target "${tests[@]}"
-}
-
-# One test more than there are processors, for the same reason.
+# One test more than there are processors: some wait for a screen, a page or a scheduler.
 at_once=$(($(nproc) + 1))
 step() { printf '== %s (%s s so far)\n' "$1" "$SECONDS"; }
 
@@ -51,13 +34,6 @@ step "release"
 cmake --preset release -DRELUME_BUILD_TESTS=ON -DRELUME_BUILD_SAMPLES=ON -DRELUME_BUILD_BAKE=ON
 end_if_configure_only
 cmake --build build/release --parallel "$(nproc)"
-if [ "$sanitizers" -eq 1 ]; then
-  set -m  # in a group of its own, which ends with this script
-  make_sanitized >build/sanitized.log 2>&1 &
-  sanitized=$!
-  set +m
-  trap 'kill -- "-$sanitized" 2>/dev/null || true' EXIT
-fi
 ctest --preset release --parallel "$at_once" --no-tests=error
 if [ "$long" -eq 1 ]; then
   step "clang-tidy"
@@ -69,16 +45,23 @@ if [ "$long" -eq 1 ]; then
 fi
 [ "$sanitizers" -eq 1 ] || exit 0
 
+# The long runs are of the release build; the sanitizers see the default suite, and without --long not the tests that
+# measure numbers (label `numbers`).
 export RELUME_LONG_TESTS=0
-step "the sanitizers' builds"
-if ! wait "$sanitized"; then
-  cat build/sanitized.log >&2
-  exit 1
+without=(--label-exclude '^numbers$')
+tests=(relume_tests)
+if [ "$long" -eq 1 ]; then
+  without=()
+  tests+=(relume_numbers)
 fi
 step "threads: TSan"
+cmake --preset tsan -DRELUME_BUILD_TESTS=ON
+cmake --build build/tsan --parallel "$(nproc)" --target "${tests[@]}"
 ctest --preset tsan --parallel "$(nproc)" "${without[@]}" --no-tests=error
 
 step "memory and undefined behaviour: ASan, UBSan"
+cmake --preset dev -DRELUME_BUILD_TESTS=ON -DRELUME_BUILD_SAMPLES=OFF
+cmake --build build/dev --parallel "$(nproc)" --target "${tests[@]}"
 ctest --preset dev --parallel "$at_once" "${without[@]}" --no-tests=error
 
 # The targets that import or bake levels need the whole baker built once more: they are of the long run.
