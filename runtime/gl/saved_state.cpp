@@ -20,21 +20,21 @@ constexpr GLint pixelStoreDefault(GLenum what) {
 
 }  // namespace
 
-GLint SavedState::getInteger(GLenum what) const {
+GLint integerOf(const Functions& gl, GLenum what) {
   GLint value = 0;
-  gl_.GetIntegerv(what, &value);
+  gl.GetIntegerv(what, &value);
   return value;
 }
 
-GLint SavedState::getInteger(GLenum what, GLuint index) const {
+GLint integerOf(const Functions& gl, GLenum what, GLuint index) {
   GLint value = 0;
-  gl_.GetIntegeri_v(what, index, &value);
+  gl.GetIntegeri_v(what, index, &value);
   return value;
 }
 
 SavedState::Range SavedState::queryRange(GLenum binding, GLenum start, GLenum size, GLuint slot) const {
   Range range;
-  range.buffer = getInteger(binding, slot);
+  range.buffer = integerOf(gl_, binding, slot);
   gl_.GetInteger64i_v(start, slot, &range.start);
   gl_.GetInteger64i_v(size, slot, &range.size);
   return range;
@@ -51,15 +51,15 @@ void SavedState::restoreRange(GLenum target, GLuint slot, const Range& range) co
 
 SavedState::SavedState(const Functions& gl, GLuint units)
     : gl_(gl),
-      program_(getInteger(GL_CURRENT_PROGRAM)),
-      storage_(getInteger(GL_SHADER_STORAGE_BUFFER_BINDING)),
-      uniform_(getInteger(GL_UNIFORM_BUFFER_BINDING)),
-      copyRead_(getInteger(GL_COPY_READ_BUFFER_BINDING)),
-      copyWrite_(getInteger(GL_COPY_WRITE_BUFFER_BINDING)),
-      pixelPack_(getInteger(GL_PIXEL_PACK_BUFFER_BINDING)),
-      pixelUnpack_(getInteger(GL_PIXEL_UNPACK_BUFFER_BINDING)),
-      indirect_(getInteger(GL_DISPATCH_INDIRECT_BUFFER_BINDING)),
-      activeUnit_(getInteger(GL_ACTIVE_TEXTURE)),
+      program_(integerOf(gl_, GL_CURRENT_PROGRAM)),
+      storage_(integerOf(gl_, GL_SHADER_STORAGE_BUFFER_BINDING)),
+      uniform_(integerOf(gl_, GL_UNIFORM_BUFFER_BINDING)),
+      copyRead_(integerOf(gl_, GL_COPY_READ_BUFFER_BINDING)),
+      copyWrite_(integerOf(gl_, GL_COPY_WRITE_BUFFER_BINDING)),
+      pixelPack_(integerOf(gl_, GL_PIXEL_PACK_BUFFER_BINDING)),
+      pixelUnpack_(integerOf(gl_, GL_PIXEL_UNPACK_BUFFER_BINDING)),
+      indirect_(integerOf(gl_, GL_DISPATCH_INDIRECT_BUFFER_BINDING)),
+      activeUnit_(integerOf(gl_, GL_ACTIVE_TEXTURE)),
       firstUnit_(kEndUnit - units) {
   for (GLuint i = 0; i < kStorageSlots; ++i) {
     storageSlot_[i] =
@@ -68,19 +68,19 @@ SavedState::SavedState(const Functions& gl, GLuint units)
   uniformSlot_ = queryRange(GL_UNIFORM_BUFFER_BINDING, GL_UNIFORM_BUFFER_START, GL_UNIFORM_BUFFER_SIZE, kUniformSlot);
   for (GLuint i = 0; firstUnit_ + i < kEndUnit; ++i) {
     gl_.ActiveTexture(GL_TEXTURE0 + firstUnit_ + i);
-    unit_[i] = {getInteger(GL_TEXTURE_BINDING_2D), getInteger(GL_TEXTURE_BINDING_2D_ARRAY),
-                getInteger(GL_TEXTURE_BINDING_3D), getInteger(GL_SAMPLER_BINDING)};
+    unit_[i] = {integerOf(gl_, GL_TEXTURE_BINDING_2D), integerOf(gl_, GL_TEXTURE_BINDING_2D_ARRAY),
+                integerOf(gl_, GL_TEXTURE_BINDING_3D), integerOf(gl_, GL_SAMPLER_BINDING)};
     gl_.BindSampler(firstUnit_ + i, 0);
   }
   for (GLuint i = 0; i < image_.size(); ++i) {
-    image_[i] = {getInteger(GL_IMAGE_BINDING_NAME, i),    getInteger(GL_IMAGE_BINDING_LEVEL, i),
-                 getInteger(GL_IMAGE_BINDING_LAYERED, i), getInteger(GL_IMAGE_BINDING_LAYER, i),
-                 getInteger(GL_IMAGE_BINDING_ACCESS, i),  getInteger(GL_IMAGE_BINDING_FORMAT, i)};
+    image_[i] = {integerOf(gl_, GL_IMAGE_BINDING_NAME, i),    integerOf(gl_, GL_IMAGE_BINDING_LEVEL, i),
+                 integerOf(gl_, GL_IMAGE_BINDING_LAYERED, i), integerOf(gl_, GL_IMAGE_BINDING_LAYER, i),
+                 integerOf(gl_, GL_IMAGE_BINDING_ACCESS, i),  integerOf(gl_, GL_IMAGE_BINDING_FORMAT, i)};
   }
   gl_.BindBuffer(GL_PIXEL_PACK_BUFFER, 0);
   gl_.BindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
   for (std::size_t i = 0; i < kPixelStore.size(); ++i) {
-    store_[i] = getInteger(kPixelStore[i]);
+    store_[i] = integerOf(gl_, kPixelStore[i]);
     gl_.PixelStorei(kPixelStore[i], pixelStoreDefault(kPixelStore[i]));
   }
 }

@@ -8,6 +8,10 @@
 
 namespace relume::gl {
 
+// What the context says of `what`, or of one of several.
+GLint integerOf(const Functions& gl, GLenum what);
+GLint integerOf(const Functions& gl, GLenum what, GLuint index);
+
 // Remembers on construction and restores on destruction: the program; the generic and the indexed bindings 0 to 7 of
 // GL_SHADER_STORAGE_BUFFER; the generic and indexed binding 7 of GL_UNIFORM_BUFFER; the active texture unit; 2-D, 2-D
 // array and 3-D texture and sampler of the last of 16 units; image units 0 to 2; the copy buffers, the buffer of
@@ -32,8 +36,6 @@ class SavedState {
     GLint name = 0, level = 0, layered = 0, layer = 0, access = 0, format = 0;
   };
   static constexpr GLuint kStorageSlots = 8;
-  GLint getInteger(GLenum what) const;
-  GLint getInteger(GLenum what, GLuint index) const;
   Range queryRange(GLenum binding, GLenum start, GLenum size, GLuint slot) const;
   void restoreRange(GLenum target, GLuint slot, const Range& range) const;
 

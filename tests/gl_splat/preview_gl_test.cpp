@@ -5,7 +5,7 @@
 #include "bake/rays/ray_tracer.h"
 #include "relume/bake/context.h"
 #include "tests/gl_splat/splat_view.h"
-#include "tests/rays/make_scene.h"
+#include "tests/preview/sliced_room.h"
 #include "tests/runtime/gl_test_support.h"
 #include "tools/gl_splat/splats_gl.h"
 
@@ -24,42 +24,7 @@ namespace {
 
 using namespace test;
 
-constexpr std::uint32_t kWidth = 160, kHeight = 100, kSlices = 16;
-
-// A room with a block in it; leaves are slices across it.
-struct DrawnRoom {
-  Scene scene;
-  std::optional<RayTracer> tracer;
-  Context context;
-
-  DrawnRoom() {
-    addInstance(scene, box({-2, 0, -2}, {2, 3, 2}, true));
-    addInstance(scene, box({-1, 0, -1}, {0, 1.2f, 0}, false));
-    finish(scene);
-    auto made = RayTracer::create(scene, "avx2", context, RayStructure::bundles);
-    EXPECT_TRUE(made);
-    tracer.emplace(std::move(*made));
-  }
-  static void leavesOf(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint32_t> leaf) {
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      const float x = rays[i].origin.x + hits[i].distance * rays[i].direction.x;
-      if (hits[i]) leaf[i] = static_cast<std::uint32_t>(std::clamp((x + 2.0f) / 4.0f, 0.0f, 0.999f) * kSlices);
-    }
-  }
-  static std::vector<glm::vec3> lightAround(float center) {
-    std::vector<glm::vec3> radiance;
-    for (std::uint32_t i = 0; i < kSlices; ++i) {
-      const float x = (static_cast<float>(i) + 0.5f) / kSlices - center;
-      radiance.push_back(glm::vec3(1.0f, 0.8f, 0.5f) * (0.2f + 2.0f * std::exp(-20.0f * x * x)));
-    }
-    return radiance;
-  }
-  static Camera cameraAt(float turnDeg) {
-    Camera camera = lookAt({0.8f, 1.8f, 1.0f}, {-0.5f, 0.4f, -0.6f}, 1.2f);
-    camera.toWorld = camera.toWorld * glm::rotate(glm::mat4(1.0f), glm::radians(turnDeg), glm::vec3(0, 1, 0));
-    return camera;
-  }
-};
+constexpr std::uint32_t kWidth = 160, kHeight = 100;
 
 // A rasteriser that stops working after some calls.
 class FailsAfter final : public SplatDrawer {
@@ -98,8 +63,8 @@ class PreviewsByGl : public GlTest {
   // Both from one light, view and number of records to the next.
   struct Pair {
     LivePreview here, drawn;
-    Pair(const DrawnRoom& room, SplatDrawer& drawer)
-        : here(*room.tracer, DrawnRoom::leavesOf, {}, {}), drawn(*room.tracer, DrawnRoom::leavesOf, {}, {}) {
+    Pair(const SlicedRoom& room, SplatDrawer& drawer)
+        : here(*room.tracer, SlicedRoom::leavesOf, {}, {}), drawn(*room.tracer, SlicedRoom::leavesOf, {}, {}) {
       drawn.drawBy(&drawer);
     }
     template <class Do>
@@ -127,37 +92,39 @@ class PreviewsByGl : public GlTest {
 };
 
 TEST_F(PreviewsByGl, frameByFrameTheyShowTheSame) {
-  DrawnRoom room;
+  const SlicedRoom room;
+  Context context;
   Pair pair(room, *gl_);
   pair.both([&](LivePreview& live) {
-    live.relight(DrawnRoom::lightAround(0.3f), room.context);
-    live.look(DrawnRoom::cameraAt(0.0f), kWidth, kHeight, room.context);
+    live.relight(SlicedRoom::lightAround(0.3f), context);
+    live.look(SlicedRoom::cameraAt(0.0f), kWidth, kHeight, context);
   });
   EXPECT_TRUE(pair.drawn.isDrawn());
   for (int frame = 0; frame < 4; ++frame) {
-    pair.both([&](LivePreview& live) { live.fill(40, {}, room.context); });
+    pair.both([&](LivePreview& live) { live.fill(40, {}, context); });
     expectSamePicture(pair, "filling", 1000);
   }
   const auto fillAll = [&](LivePreview& live) {
-    while (!live.isComplete()) live.fill(100, {}, room.context);
+    while (!live.isComplete()) live.fill(100, {}, context);
   };
   pair.both(fillAll);
   expectSamePicture(pair, "filled", kWidth * kHeight);
-  pair.both([&](LivePreview& live) { live.relight(DrawnRoom::lightAround(0.7f), room.context); });
+  pair.both([&](LivePreview& live) { live.relight(SlicedRoom::lightAround(0.7f), context); });
   EXPECT_EQ(gl_->sentBytes(), pair.drawn.records().records().size() * 9 * 16) << "coefficients alone";
   expectSamePicture(pair, "relit", kWidth * kHeight);
-  pair.both([&](LivePreview& live) { live.settle(room.context); });
+  pair.both([&](LivePreview& live) { live.settle(context); });
   expectSamePicture(pair, "settled", kWidth * kHeight);
   pair.both(fillAll);
   expectSamePicture(pair, "filled again", kWidth * kHeight);
-  pair.both([&](LivePreview& live) { live.look(DrawnRoom::cameraAt(5.0f), kWidth / 2, kHeight, room.context); });
+  pair.both([&](LivePreview& live) { live.look(SlicedRoom::cameraAt(5.0f), kWidth / 2, kHeight, context); });
   expectSamePicture(pair, "turned", 1000);
   pair.both(fillAll);
   expectSamePicture(pair, "turned and filled", kWidth / 2 * kHeight);
 }
 
 TEST_F(PreviewsByGl, aRasteriserThatFailsIsDoneWithout) {
-  DrawnRoom room;
+  const SlicedRoom room;
+  Context context;
   for (int calls = 0; calls < 9; ++calls) {
     FailsAfter loose(*gl_, calls);
     Pair pair(room, loose);
@@ -166,13 +133,13 @@ TEST_F(PreviewsByGl, aRasteriserThatFailsIsDoneWithout) {
       pair.both(what);
       if (auto now = pair.drawn.takeDrawError()) error = now;
     };
-    also([&](LivePreview& live) { live.relight(DrawnRoom::lightAround(0.3f), room.context); });
-    also([&](LivePreview& live) { live.look(DrawnRoom::cameraAt(0.0f), kWidth, kHeight, room.context); });
-    for (int frame = 0; frame < 2; ++frame) also([&](LivePreview& live) { live.fill(50, {}, room.context); });
-    also([&](LivePreview& live) { live.relight(DrawnRoom::lightAround(0.6f), room.context); });
-    also([&](LivePreview& live) { live.settle(room.context); });
-    also([&](LivePreview& live) { live.look(DrawnRoom::cameraAt(5.0f), kWidth, kHeight, room.context); });
-    also([&](LivePreview& live) { live.fill(50, {}, room.context); });
+    also([&](LivePreview& live) { live.relight(SlicedRoom::lightAround(0.3f), context); });
+    also([&](LivePreview& live) { live.look(SlicedRoom::cameraAt(0.0f), kWidth, kHeight, context); });
+    for (int frame = 0; frame < 2; ++frame) also([&](LivePreview& live) { live.fill(50, {}, context); });
+    also([&](LivePreview& live) { live.relight(SlicedRoom::lightAround(0.6f), context); });
+    also([&](LivePreview& live) { live.settle(context); });
+    also([&](LivePreview& live) { live.look(SlicedRoom::cameraAt(5.0f), kWidth, kHeight, context); });
+    also([&](LivePreview& live) { live.fill(50, {}, context); });
     ASSERT_TRUE(error) << calls;
     EXPECT_EQ(error->message, "the cable is loose");
     EXPECT_FALSE(pair.drawn.isDrawn());
@@ -183,17 +150,18 @@ TEST_F(PreviewsByGl, aRasteriserThatFailsIsDoneWithout) {
 
 // A rasteriser is taken from one look to the next, not in between.
 TEST_F(PreviewsByGl, whoSplatsChangesWithTheNextLook) {
-  DrawnRoom room;
-  LivePreview live(*room.tracer, DrawnRoom::leavesOf, {}, {});
-  live.relight(DrawnRoom::lightAround(0.3f), room.context);
-  live.look(DrawnRoom::cameraAt(0.0f), kWidth, kHeight, room.context);
-  live.fill(200, {}, room.context);
+  const SlicedRoom room;
+  Context context;
+  LivePreview live(*room.tracer, SlicedRoom::leavesOf, {}, {});
+  live.relight(SlicedRoom::lightAround(0.3f), context);
+  live.look(SlicedRoom::cameraAt(0.0f), kWidth, kHeight, context);
+  live.fill(200, {}, context);
   live.drawBy(gl_.get());
-  live.relight(DrawnRoom::lightAround(0.5f), room.context);
-  live.fill(20, {}, room.context);
+  live.relight(SlicedRoom::lightAround(0.5f), context);
+  live.fill(20, {}, context);
   EXPECT_FALSE(live.isDrawn());
   const std::vector<Splat> here(live.picture().begin(), live.picture().end());
-  live.look(DrawnRoom::cameraAt(0.0f), kWidth, kHeight, room.context);
+  live.look(SlicedRoom::cameraAt(0.0f), kWidth, kHeight, context);
   EXPECT_TRUE(live.isDrawn());
   std::vector<Splat> drawn(here.size());
   ASSERT_TRUE(gl_->read(drawn));
@@ -203,17 +171,18 @@ TEST_F(PreviewsByGl, whoSplatsChangesWithTheNextLook) {
   EXPECT_LE(d.rms, 1e-5);
   EXPECT_GT(d.lit, 1000u);
   live.drawBy(nullptr);
-  live.relight(DrawnRoom::lightAround(0.2f), room.context);
+  live.relight(SlicedRoom::lightAround(0.2f), context);
   EXPECT_TRUE(live.isDrawn());
-  live.look(DrawnRoom::cameraAt(0.0f), kWidth, kHeight, room.context);
+  live.look(SlicedRoom::cameraAt(0.0f), kWidth, kHeight, context);
   EXPECT_FALSE(live.isDrawn());
   EXPECT_FALSE(live.takeDrawError());
 }
 
 // A whole frame: every layer, and the pixels that no record reached.
 TEST_F(PreviewsByGl, aFrameIsTheSame) {
-  DrawnRoom room;
-  const Camera camera = DrawnRoom::cameraAt(0.0f);
+  const SlicedRoom room;
+  Context context;
+  const Camera camera = SlicedRoom::cameraAt(0.0f);
   Sky sky;
   sky.radiance = {0.2f, 0.3f, 0.4f};
   const HitRadiance reflected = [](std::uint64_t, std::span<const Ray>, std::span<const Hit> hits,
@@ -233,7 +202,7 @@ TEST_F(PreviewsByGl, aFrameIsTheSame) {
     for (SplatDrawer* drawer : {static_cast<SplatDrawer*>(nullptr), static_cast<SplatDrawer*>(gl_.get())}) {
       std::vector<Record> cache;
       const PreviewScene view{*room.tracer, *room.tracer, camera, {}, false, sky, nullptr, drawer};
-      auto frame = renderPreview(view, reflected, options, cache, room.context);
+      auto frame = renderPreview(view, reflected, options, cache, context);
       ASSERT_TRUE(frame) << frame.error().message;
       frames.push_back(std::move(*frame));
     }
@@ -255,7 +224,7 @@ TEST_F(PreviewsByGl, aFrameIsTheSame) {
   FailsAfter loose(*gl_, 1);
   std::vector<Record> cache;
   const auto refused = renderPreview({*room.tracer, *room.tracer, camera, {}, false, sky, nullptr, &loose}, reflected,
-                                     options, cache, room.context);
+                                     options, cache, context);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().message, "the cable is loose");
 }

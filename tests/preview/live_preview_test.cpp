@@ -4,7 +4,7 @@
 
 #include "bake/preview/receivers.h"
 #include "relume/bake/context.h"
-#include "tests/rays/make_scene.h"
+#include "tests/preview/sliced_room.h"
 
 #include <gtest/gtest.h>
 
@@ -21,45 +21,6 @@ namespace {
 using namespace test;
 
 constexpr std::uint32_t kWidth = 192, kHeight = 128;
-constexpr std::uint32_t kSlices = 32;  // of the room along x; each is a leaf
-
-// A room with two blocks; leaves are slices across it.
-struct Room {
-  Scene scene;
-  std::optional<RayTracer> tracer;
-
-  Room() {
-    addInstance(scene, box({-2, 0, -2}, {2, 3, 2}, true));
-    addInstance(scene, box({-1, 0, -1}, {0, 1.2f, 0}, false));
-    addInstance(scene, box({0.6f, 0, -0.9f}, {1.1f, 0.7f, -0.2f}, false));
-    finish(scene);
-    Context context;
-    auto made = RayTracer::create(scene, "avx2", context, RayStructure::bundles);
-    EXPECT_TRUE(made);
-    tracer.emplace(std::move(*made));
-  }
-  static void leavesOf(std::span<const Ray> rays, std::span<const Hit> hits, std::span<std::uint32_t> leaf) {
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      const float x = rays[i].origin.x + hits[i].distance * rays[i].direction.x;
-      if (hits[i]) leaf[i] = static_cast<std::uint32_t>(std::clamp((x + 2.0f) / 4.0f, 0.0f, 0.999f) * kSlices);
-    }
-  }
-};
-
-std::vector<glm::vec3> lightAround(float center) {
-  std::vector<glm::vec3> radiance;
-  for (std::uint32_t i = 0; i < kSlices; ++i) {
-    const float x = (static_cast<float>(i) + 0.5f) / kSlices - center;
-    radiance.push_back(glm::vec3(1.0f, 0.8f, 0.5f) * (0.2f + 2.0f * std::exp(-20.0f * x * x)));
-  }
-  return radiance;
-}
-
-Camera cameraAt(float turnDeg) {
-  const glm::vec3 eye(0.8f, 1.8f, 1.0f), forward = glm::normalize(glm::vec3(-0.5f, 0.4f, -0.6f) - eye);
-  const glm::mat4 turn = glm::rotate(glm::mat4(1.0f), glm::radians(turnDeg), glm::vec3(0, 1, 0));
-  return lookAt(eye, eye + glm::vec3(turn * glm::vec4(forward, 0.0f)), 1.0f);
-}
 
 LivePreview::Options quick() {
   LivePreview::Options options;
@@ -103,13 +64,13 @@ void expectPictureIsTheRecords(const LivePreview& live) {
 }
 
 TEST(LivePreview, frameByFrameItComesToWhatAllRecordsSay) {
-  const Room room;
+  const SlicedRoom room;
   Context context;
-  LivePreview live(*room.tracer, Room::leavesOf, {}, quick());
+  LivePreview live(*room.tracer, SlicedRoom::leavesOf, {}, quick());
   EXPECT_FALSE(live.isComplete());
   EXPECT_EQ(live.fill(100, {}, context), 0u) << "no view yet";
-  live.relight(lightAround(0.3f), context);
-  live.look(cameraAt(0), kWidth, kHeight, context);
+  live.relight(SlicedRoom::lightAround(0.3f), context);
+  live.look(SlicedRoom::cameraAt(0), kWidth, kHeight, context);
   EXPECT_EQ(live.fill(10, {}, context), 10u);
   const auto lit = [&live] {
     return std::count_if(live.picture().begin(), live.picture().end(), [](const Splat& s) { return s.weight > 0.0f; });
@@ -122,16 +83,16 @@ TEST(LivePreview, frameByFrameItComesToWhatAllRecordsSay) {
 }
 
 TEST(LivePreview, aLightThatMovesKeepsEveryPixelLit) {
-  const Room room;
+  const SlicedRoom room;
   Context context;
-  LivePreview live(*room.tracer, Room::leavesOf, {}, quick());
-  live.relight(lightAround(0.3f), context);
-  live.look(cameraAt(0), kWidth, kHeight, context);
+  LivePreview live(*room.tracer, SlicedRoom::leavesOf, {}, quick());
+  live.relight(SlicedRoom::lightAround(0.3f), context);
+  live.look(SlicedRoom::cameraAt(0), kWidth, kHeight, context);
   fillAll(live, context);
   const std::size_t records = live.records().records().size();
   const glm::vec3 before = live.picture()[kWidth * kHeight / 2].reflected;
   for (const float center : {0.4f, 0.5f, 0.6f, 0.7f}) {
-    live.relight(lightAround(center), context);
+    live.relight(SlicedRoom::lightAround(center), context);
     EXPECT_TRUE(live.isComplete()) << "no record is asked for while it moves";
     for (const Splat& s : live.picture()) ASSERT_GT(s.weight, 0.0f);
     expectPictureIsTheRecords(live);
@@ -144,9 +105,9 @@ TEST(LivePreview, aLightThatMovesKeepsEveryPixelLit) {
   for (const Splat& s : live.picture()) ASSERT_GT(s.weight, 0.0f);
   fillAll(live, context);
   expectPictureIsTheRecords(live);
-  LivePreview fresh(*room.tracer, Room::leavesOf, {}, quick());
-  fresh.relight(lightAround(0.7f), context);
-  fresh.look(cameraAt(0), kWidth, kHeight, context);
+  LivePreview fresh(*room.tracer, SlicedRoom::leavesOf, {}, quick());
+  fresh.relight(SlicedRoom::lightAround(0.7f), context);
+  fresh.look(SlicedRoom::cameraAt(0), kWidth, kHeight, context);
   fillAll(fresh, context);
   double square = 0.0, sum = 0.0;
   for (std::size_t i = 0; i < live.picture().size(); ++i) {
@@ -158,54 +119,54 @@ TEST(LivePreview, aLightThatMovesKeepsEveryPixelLit) {
 }
 
 TEST(LivePreview, aCameraThatTurnsKeepsItsRecords) {
-  const Room room;
+  const SlicedRoom room;
   Context context;
   LivePreview::Options options = quick();
   options.rounds = 0;  // which a new view begins anew
-  LivePreview live(*room.tracer, Room::leavesOf, {}, options);
-  live.relight(lightAround(0.3f), context);
-  live.look(cameraAt(0), kWidth, kHeight, context);
+  LivePreview live(*room.tracer, SlicedRoom::leavesOf, {}, options);
+  live.relight(SlicedRoom::lightAround(0.3f), context);
+  live.look(SlicedRoom::cameraAt(0), kWidth, kHeight, context);
   const std::uint32_t first = fillAll(live, context);
-  live.look(cameraAt(5), kWidth, kHeight, context);
+  live.look(SlicedRoom::cameraAt(5), kWidth, kHeight, context);
   const std::uint32_t more = fillAll(live, context);
   EXPECT_GT(more, 0u);
   EXPECT_LE(more, 0.15 * first);
   EXPECT_EQ(live.records().records().size(), first + more);
   expectPictureIsTheRecords(live);
   // And back: nothing is missing.
-  live.look(cameraAt(0), kWidth, kHeight, context);
+  live.look(SlicedRoom::cameraAt(0), kWidth, kHeight, context);
   EXPECT_LE(fillAll(live, context), 0.02 * first);
 }
 
 TEST(LivePreview, thereAreNoMoreRecordsThanAllowed) {
-  const Room room;
+  const SlicedRoom room;
   Context context;
   LivePreview::Options options = quick();
   options.maxRecords = 60;
-  LivePreview live(*room.tracer, Room::leavesOf, {}, options);
-  live.relight(lightAround(0.3f), context);
-  live.look(cameraAt(0), kWidth, kHeight, context);
+  LivePreview live(*room.tracer, SlicedRoom::leavesOf, {}, options);
+  live.relight(SlicedRoom::lightAround(0.3f), context);
+  live.look(SlicedRoom::cameraAt(0), kWidth, kHeight, context);
   fillAll(live, context);
   EXPECT_EQ(live.records().records().size(), 60u);
   // The other way: records of the first view make room.
-  live.look(cameraAt(180), kWidth, kHeight, context);
+  live.look(SlicedRoom::cameraAt(180), kWidth, kHeight, context);
   EXPECT_LT(live.records().records().size(), 60u);
   EXPECT_GT(fillAll(live, context), 0u);
   EXPECT_LE(live.records().records().size(), 60u);
 }
 
 TEST(LivePreview, samePictureAtAnyNumberOfThreads) {
-  const Room room;
+  const SlicedRoom room;
   const auto made = [&](int threads) {
     Context context;
     context.threads = threads;
-    LivePreview live(*room.tracer, Room::leavesOf, {}, quick());
-    live.relight(lightAround(0.3f), context);
-    live.look(cameraAt(0), kWidth, kHeight, context);
+    LivePreview live(*room.tracer, SlicedRoom::leavesOf, {}, quick());
+    live.relight(SlicedRoom::lightAround(0.3f), context);
+    live.look(SlicedRoom::cameraAt(0), kWidth, kHeight, context);
     for (int frame = 0; frame < 3; ++frame) live.fill(100, {}, context);
-    live.relight(lightAround(0.6f), context);
+    live.relight(SlicedRoom::lightAround(0.6f), context);
     live.settle(context);
-    live.look(cameraAt(3), kWidth, kHeight, context);
+    live.look(SlicedRoom::cameraAt(3), kWidth, kHeight, context);
     live.fill(100, {}, context);
     return std::vector<Splat>(live.picture().begin(), live.picture().end());
   };
@@ -220,13 +181,13 @@ TEST(LivePreview, samePictureAtAnyNumberOfThreads) {
 }
 
 TEST(LivePreview, nothingToSeeIsCompleteAtOnce) {
-  const Room room;
+  const SlicedRoom room;
   Context context;
-  LivePreview live(*room.tracer, Room::leavesOf, {}, quick());
+  LivePreview live(*room.tracer, SlicedRoom::leavesOf, {}, quick());
   live.look(lookAt({0, 50, 0}, {0, 60, 0.1f}), kWidth, kHeight, context);
   EXPECT_EQ(live.fill(100, {}, context), 0u);
   EXPECT_TRUE(live.isComplete());
-  live.look(cameraAt(0), 1, 1, context);
+  live.look(SlicedRoom::cameraAt(0), 1, 1, context);
   EXPECT_EQ(fillAll(live, context), 1u);
 }
 

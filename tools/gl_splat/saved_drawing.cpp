@@ -2,6 +2,8 @@
 // See saved_drawing.h.
 #include "tools/gl_splat/saved_drawing.h"
 
+#include "runtime/gl/saved_state.h"
+
 namespace relume::gl {
 
 const std::array<GLenum, SavedDrawing::kSwitches> SavedDrawing::kOff = {
@@ -9,25 +11,13 @@ const std::array<GLenum, SavedDrawing::kSwitches> SavedDrawing::kOff = {
     GL_CLIP_DISTANCE0, GL_CLIP_DISTANCE1, GL_CLIP_DISTANCE2, GL_CLIP_DISTANCE3,     GL_CLIP_DISTANCE4,
     GL_CLIP_DISTANCE5, GL_CLIP_DISTANCE6, GL_CLIP_DISTANCE7};
 
-GLint SavedDrawing::getInteger(GLenum what) const {
-  GLint value = 0;
-  gl_.GetIntegerv(what, &value);
-  return value;
-}
-
-GLint SavedDrawing::getInteger(GLenum what, GLuint index) const {
-  GLint value = 0;
-  gl_.GetIntegeri_v(what, index, &value);
-  return value;
-}
-
 SavedDrawing::SavedDrawing(const Functions& gl, const DrawFunctions& draw)
     : gl_(gl),
       draw_(draw),
-      drawFramebuffer_(getInteger(GL_DRAW_FRAMEBUFFER_BINDING)),
-      readFramebuffer_(getInteger(GL_READ_FRAMEBUFFER_BINDING)),
-      vertexArray_(getInteger(GL_VERTEX_ARRAY_BINDING)),
-      scissors_(static_cast<std::size_t>(getInteger(GL_MAX_VIEWPORTS))) {
+      drawFramebuffer_(integerOf(gl_, GL_DRAW_FRAMEBUFFER_BINDING)),
+      readFramebuffer_(integerOf(gl_, GL_READ_FRAMEBUFFER_BINDING)),
+      vertexArray_(integerOf(gl_, GL_VERTEX_ARRAY_BINDING)),
+      scissors_(static_cast<std::size_t>(integerOf(gl_, GL_MAX_VIEWPORTS))) {
   gl_.GetIntegerv(GL_POLYGON_MODE, polygonMode_.data());
   draw_.GetFloati_v(GL_VIEWPORT, 0, viewport_.data());
   for (std::size_t i = 0; i < kSwitches; ++i) {
@@ -40,16 +30,20 @@ SavedDrawing::SavedDrawing(const Functions& gl, const DrawFunctions& draw)
   draw_.Disable(GL_SCISSOR_TEST);
   draw_.PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
   for (GLuint i = 0; i < kTargets; ++i) {
-    target_[i] = {draw_.IsEnabledi(GL_BLEND, i),          getInteger(GL_BLEND_EQUATION_RGB, i),
-                  getInteger(GL_BLEND_EQUATION_ALPHA, i), getInteger(GL_BLEND_SRC_RGB, i),
-                  getInteger(GL_BLEND_DST_RGB, i),        getInteger(GL_BLEND_SRC_ALPHA, i),
-                  getInteger(GL_BLEND_DST_ALPHA, i),      {}};
+    target_[i] = {draw_.IsEnabledi(GL_BLEND, i),
+                  integerOf(gl_, GL_BLEND_EQUATION_RGB, i),
+                  integerOf(gl_, GL_BLEND_EQUATION_ALPHA, i),
+                  integerOf(gl_, GL_BLEND_SRC_RGB, i),
+                  integerOf(gl_, GL_BLEND_DST_RGB, i),
+                  integerOf(gl_, GL_BLEND_SRC_ALPHA, i),
+                  integerOf(gl_, GL_BLEND_DST_ALPHA, i),
+                  {}};
     draw_.GetBooleani_v(GL_COLOR_WRITEMASK, i, target_[i].mask.data());
     draw_.ColorMaski(i, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   }
   if (draw_.ClipControl == nullptr) return;
-  clipOrigin_ = getInteger(GL_CLIP_ORIGIN);
-  clipDepth_ = getInteger(GL_CLIP_DEPTH_MODE);
+  clipOrigin_ = integerOf(gl_, GL_CLIP_ORIGIN);
+  clipDepth_ = integerOf(gl_, GL_CLIP_DEPTH_MODE);
   draw_.ClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
 }
 

@@ -32,8 +32,6 @@ class SavedDrawing {
   };
   static constexpr std::size_t kSwitches = 13;
   static const std::array<GLenum, kSwitches> kOff;
-  GLint getInteger(GLenum what) const;
-  GLint getInteger(GLenum what, GLuint index) const;
 
   const Functions& gl_;
   const DrawFunctions& draw_;
