@@ -6,9 +6,11 @@
 #include "bake/surfels/block_palette.h"
 #include "relume/caches.h"
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
-#include <utility>
+#include <span>
 #include <vector>
 
 namespace relume {

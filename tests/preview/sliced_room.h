@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bake/rays/ray_tracer.h"
+#include "relume/bake/context.h"
 #include "tests/rays/make_scene.h"
 
 #include <gtest/gtest.h>
