@@ -20,14 +20,14 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kStage = 0x63657274;              // "cert": the random streams' stage
-constexpr std::uint32_t kTries = 4;                       // of a light that reaches nothing
+constexpr std::uint32_t kLightTries = 4;                  // of a light that reaches nothing
 constexpr float kLeastLit = 1.0f / 256.0f;                // share of the surfels that a light must reach
 constexpr float kLowestSun = 0.35f, kHighestSun = 0.95f;  // sine of its height
 constexpr std::uint32_t kPlaces = 8;                      // tried for a lamp
 constexpr float kRoom = 0.5f, kRoomAtWall = 0.15f;        // [m] about a lamp, where there is a place that has it
 constexpr float kOffWall = 0.4f;                          // [m] of a lamp at a wall
 constexpr std::uint32_t kLooks = 64;                      // rays that measure the room
-constexpr std::size_t kGrain = 1024;                      // surfels
+constexpr std::size_t kSurfelGrain = 1024;                // surfels
 
 SceneLight sunAt(float sine, float angle) {
   SceneLight sun;
@@ -77,7 +77,7 @@ SceneLight lampAt(const RayTracer& tracer, const PlaySpace& space, const Surfels
 std::optional<TestLight> lightSurfels(const RayTracer& tracer, const Surfels& surfels, TestLightKind kind,
                                       const SceneLight& light, Context& context) {
   TestLight lit{kind, light, std::vector<float>(surfels.count())};
-  parallelChunks(context, "", surfels.count(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallelChunks(context, "", surfels.count(), kSurfelGrain, [&](std::size_t begin, std::size_t end) {
     std::vector<Ray> rays;
     std::vector<std::size_t> surfel;
     for (std::size_t s = begin; s < end; ++s) {
@@ -108,7 +108,7 @@ std::vector<TestLight> chooseTestLights(const RayTracer& tracer, const PlaySpace
   if (surfels.count() == 0) return lights;
   const auto add = [&](TestLightKind kind, std::uint32_t item, const auto& make) {
     RandomStream random(seed, kStage, item);
-    for (std::uint32_t i = 0; i < kTries && !context.cancelled(); ++i) {
+    for (std::uint32_t i = 0; i < kLightTries && !context.cancelled(); ++i) {
       if (auto lit = lightSurfels(tracer, surfels, kind, make(random), context)) {
         lights.push_back(std::move(*lit));
         return;

@@ -14,9 +14,9 @@
 namespace relume {
 namespace {
 
-constexpr float kLeastShare = 0.05f;  // of a pixel's weights: what counts for less may differ
-constexpr float kDark = 0.1f;         // of the mean light: what is darker need not agree better
-constexpr float kDeviations = 2.5f;   // of a record by noise that are not held against it
+constexpr float kLeastShare = 0.05f;   // of a pixel's weights: what counts for less may differ
+constexpr float kDark = 0.1f;          // of the mean light: what is darker need not agree better
+constexpr float kNoiseAllowed = 2.5f;  // of a record by noise that are not held against it
 constexpr std::size_t kPixelsPerChunk = 4096;
 
 float sumOf(const glm::vec3& c) { return c.x + c.y + c.z; }
@@ -75,7 +75,7 @@ std::uint32_t limitReaches(const RecordTiles& tiles, std::span<const PixelReceiv
       // What the rays' randomness explains is no contradiction; three channels as luminance.
       float noise = 0.0f;
       for (const RecordTiles::Part& part : parts) noise = std::max(noise, records[part.record].noise);
-      const float allowed = contrast * std::max(0.5f * sumOf(least + most), dark) + kDeviations * 3.0f * noise;
+      const float allowed = contrast * std::max(0.5f * sumOf(least + most), dark) + kNoiseAllowed * 3.0f * noise;
       if (sumOf(most - least) <= allowed) continue;
       for (const RecordTiles::Part& part : parts) {
         if (std::max(sumOf(most - part.reflected), sumOf(part.reflected - least)) <= allowed) continue;

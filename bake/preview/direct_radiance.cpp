@@ -16,13 +16,13 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kStage = 0x72637364;  // the random streams' stage
-constexpr float kCell = 0.05f;                // width of a record's ray at distance 1: what its albedo is the mean over
-constexpr float kPi = std::numbers::pi_v<float>;
+constexpr std::uint32_t kDirectStage = 0x72637364;  // the random streams' stage
+constexpr float kCell = 0.05f;  // width of a record's ray at distance 1: what its albedo is the mean over
 
 // A cosine-weighted direction about n: a uniform point of the sphere on top of it.
 glm::vec3 cosineDirection(const glm::vec3& n, const glm::vec2& u) {
-  const float z = 1.0f - 2.0f * u.x, radius = std::sqrt(std::max(0.0f, 1.0f - z * z)), angle = 2.0f * kPi * u.y;
+  const float z = 1.0f - 2.0f * u.x, radius = std::sqrt(std::max(0.0f, 1.0f - z * z)),
+              angle = 2.0f * std::numbers::pi_v<float> * u.y;
   const glm::vec3 sum = n + glm::vec3(radius * std::cos(angle), radius * std::sin(angle), z);
   const float length = glm::length(sum);
   return length > 1e-3f ? sum / length : n;
@@ -35,7 +35,7 @@ HitRadiance directRadiance(const RayTracer& transport, const RayTracer& drawn, s
   return [&transport, &drawn, lights, emitters, &sky, seed](std::uint64_t item, std::span<const Ray> rays,
                                                             std::span<const Hit> hits, std::span<glm::vec3> radiance) {
     const Scene& scene = transport.scene();
-    RandomStream random(seed, kStage, item);
+    RandomStream random(seed, kDirectStage, item);
     std::vector<float> chances;
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (!hits[i]) continue;
@@ -53,9 +53,9 @@ HitRadiance directRadiance(const RayTracer& transport, const RayTracer& drawn, s
       if (!sky.isDark()) {
         const glm::vec3 direction = cosineDirection(seen.normal, random.uniform2());
         if (glm::dot(direction, seen.geometricNormal) > 0.0f && !transport.occluded({origin, 0.0f, direction}))
-          irradiance += kPi * sky.along(direction);
+          irradiance += std::numbers::pi_v<float> * sky.along(direction);
       }
-      radiance[i] = irradiance * albedo / kPi;
+      radiance[i] = irradiance * albedo / std::numbers::pi_v<float>;
     }
   };
 }

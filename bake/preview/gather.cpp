@@ -14,12 +14,12 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kStage = 0x72637300;  // "rcs": the random streams' stage
-constexpr std::uint32_t kSubRays = 8;         // of a cell that is looked at again
-constexpr std::uint32_t kMostUneven = 16;     // one in so many cells is, at most
-constexpr float kEven = 0.001f;               // of E: what a cell may differ from its neighbours
-constexpr float kDeviations = 2.0f;           // of a gradient by noise
-constexpr std::uint64_t kAgain = 1ull << 40;  // makes items of second looks
+constexpr std::uint32_t kGatherStage = 0x72637300;  // "rcs": the random streams' stage
+constexpr std::uint32_t kSubRays = 8;               // of a cell that is looked at again
+constexpr std::uint32_t kMostUneven = 16;           // one in so many cells is, at most
+constexpr float kEven = 0.001f;                     // of E: what a cell may differ from its neighbours
+constexpr float kDeviations = 2.0f;                 // of a gradient by noise
+constexpr std::uint64_t kAgain = 1ull << 40;        // makes items of second looks
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 bool isFinite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
@@ -111,7 +111,7 @@ glm::mat3 RecordGatherer::aim(const PixelReceiver& receiver, std::uint64_t item,
     for (std::uint32_t i = 0; i < cells_.count(); ++i) scratch.directions[i] = frame * cells_.direction[i];
     return frame;
   }
-  DirectionStrata::Sequence sequence(strata_, receiver.normal, RandomStream(seed_, kStage, item));
+  DirectionStrata::Sequence sequence(strata_, receiver.normal, RandomStream(seed_, kGatherStage, item));
   scratch.samples.resize(DirectionStrata::kBlock);
   const std::span block = std::span(scratch.samples).first<DirectionStrata::kBlock>();
   for (std::uint32_t row = 0; row < cells_.rows; row += 4) {
@@ -202,7 +202,7 @@ double RecordGatherer::lookAgain(const PixelReceiver& receiver, std::uint64_t it
   s.fine.assign(cells_.count(), 0);
   if (!cells_.strata || !secondLook_) return 0.0;
   findUneven(s);
-  RandomStream random(seed_, kStage + 1, item);
+  RandomStream random(seed_, kGatherStage + 1, item);
   const glm::vec3 origin = startOf(receiver);
   const auto columns = static_cast<float>(cells_.columns), rows = static_cast<float>(cells_.rows);
   s.fineDirections.clear();

@@ -15,8 +15,8 @@
 namespace relume {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr std::size_t kRows = 48, kColumns = 48;  // nodes over the hemisphere, half of it in phi
+using std::numbers::pi;
+constexpr std::size_t kLobeRows = 48, kLobeColumns = 48;  // nodes over the hemisphere, half of it in phi
 
 struct Node {
   double x, z, weight;  // of the direction; y does not matter to an axis over +X
@@ -28,7 +28,7 @@ double exponentOf(std::size_t step) {
 }
 
 double angleOf(std::size_t step) {
-  return 0.5 * kPi * static_cast<double>(step) / static_cast<double>(LobeTable::kAngles - 1);
+  return 0.5 * pi * static_cast<double>(step) / static_cast<double>(LobeTable::kAngles - 1);
 }
 
 // Where a value lies among `count` steps: the lower one, and the share of the next.
@@ -47,13 +47,13 @@ LobeTable::LobeTable(int order, LobeKind kind, Context& context) : order_(order)
   // 1. The functions at the nodes of a product rule
   std::vector<Node> nodes;
   std::vector<double> values, h(static_cast<std::size_t>(order * order));
-  std::array<double, kRows> u{}, uWeight{};
-  gaussLegendre(0.0, 0.5 * kPi, u, uWeight);
-  for (std::size_t row = 0; row < kRows; ++row) {
+  std::array<double, kLobeRows> u{}, uWeight{};
+  gaussLegendre(0.0, 0.5 * pi, u, uWeight);
+  for (std::size_t row = 0; row < kLobeRows; ++row) {
     const double z = std::sin(u[row]) * std::sin(u[row]), r = std::sqrt(1.0 - z * z);
-    for (std::size_t column = 0; column < kColumns; ++column) {
-      const double phi = kPi * (static_cast<double>(column) + 0.5) / kColumns;
-      nodes.push_back({r * std::cos(phi), z, uWeight[row] * std::sin(2.0 * u[row]) * 2.0 * kPi / kColumns});
+    for (std::size_t column = 0; column < kLobeColumns; ++column) {
+      const double phi = pi * (static_cast<double>(column) + 0.5) / kLobeColumns;
+      nodes.push_back({r * std::cos(phi), z, uWeight[row] * std::sin(2.0 * u[row]) * 2.0 * pi / kLobeColumns});
       evaluateHsh(order, {r * std::cos(phi), r * std::sin(phi), z}, h);
       for (const int i : even_) values.push_back(h[static_cast<std::size_t>(i)]);
     }
@@ -76,7 +76,7 @@ LobeTable::LobeTable(int order, LobeKind kind, Context& context) : order_(order)
           if (toward <= 0.0) continue;
           double share = nodes[k].weight * std::pow(toward, exponent);
           total += share;
-          if (kind == LobeKind::phong) share *= nodes[k].z * (exponent + 2.0) / (2.0 * kPi);
+          if (kind == LobeKind::phong) share *= nodes[k].z * (exponent + 2.0) / (2.0 * pi);
           for (std::size_t i = 0; i < count; ++i) sums[i] += share * values[k * count + i];
         }
         const std::size_t entry = step * kAngles + angle;

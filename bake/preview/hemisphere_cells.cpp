@@ -15,7 +15,7 @@
 namespace relume {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 constexpr int kArcs = 8;  // that a border is walked in
 
 // Sums along a way on the sphere: Int omega x d omega, and its part in the plane weighed by cos theta.
@@ -107,7 +107,7 @@ HemisphereCells fanCells(std::uint32_t rays) {
   };
   integrate(cells.map, 0.0, cells);
   // Strata have one projected solid angle by construction.
-  for (glm::vec3& integral : cells.integral) integral.z = static_cast<float>(kPi / (columns * rows));
+  for (glm::vec3& integral : cells.integral) integral.z = static_cast<float>(pi / (columns * rows));
   return cells;
 }
 
@@ -128,7 +128,7 @@ HemisphereCells planeCells(std::uint32_t side, float fovRad, Hemisphere mode) {
   double total = 0.0;
   for (const glm::vec3& integral : cells.integral) total += integral.z;
   if (mode == Hemisphere::scaled) {
-    cells.scale = kPi / total;
+    cells.scale = pi / total;
     const auto scale = static_cast<float>(cells.scale);
     for (glm::vec3& integral : cells.integral) integral *= scale;
     for (glm::vec2& arc : cells.toNextColumn) arc *= scale;

@@ -14,7 +14,7 @@
 namespace relume {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 constexpr std::size_t kRows = 32, kColumns = 16;  // nodes in u, and in a quarter turn of phi
 
 int hshIndex(int l, int m) { return l * l + l + m; }
@@ -41,7 +41,7 @@ void evaluateHsh(int order, const glm::dvec3& d, std::span<double> h) {
   // which needs no angle at the pole. P_l^m then follows by the recurrence in l, all of them normalised.
   const double z = std::clamp(d.z, 0.0, 1.0), x = 2.0 * z - 1.0, radius = 2.0 * std::sqrt(z / (1.0 + z));
   const double stepX = radius * d.x, stepY = radius * d.y;
-  double cosine = 1.0, sine = 0.0, diagonal = std::sqrt(0.5 / kPi);
+  double cosine = 1.0, sine = 0.0, diagonal = std::sqrt(0.5 / pi);
   for (int m = 0; m < order; ++m) {
     if (m > 0) {
       const double c = cosine * stepX - sine * stepY;
@@ -95,13 +95,13 @@ void HshTilt::makeTable(int deg) {
   std::array<double, kColumns> phi{}, phiWeight{};
   std::array<double, kRows> u{}, uWeight{};
   for (int quarter = 0; quarter < 2; ++quarter) {
-    gaussLegendre(0.5 * kPi * quarter, 0.5 * kPi * (quarter + 1), phi, phiWeight);
+    gaussLegendre(0.5 * pi * quarter, 0.5 * pi * (quarter + 1), phi, phiWeight);
     for (std::size_t column = 0; column < kColumns; ++column) {
       const double cosPhi = std::cos(phi[column]), sinPhi = std::sin(phi[column]);
       // The first frame's z of a direction is cos beta z - sin beta cos phi sqrt(1 - z²), at least 0.
       const double slope = sinBeta * cosPhi / std::max(cosBeta, 1e-12);
       const double lowest = slope > 0.0 ? slope / std::sqrt(1.0 + slope * slope) : 0.0;
-      gaussLegendre(std::asin(std::sqrt(lowest)), 0.5 * kPi, u, uWeight);
+      gaussLegendre(std::asin(std::sqrt(lowest)), 0.5 * pi, u, uWeight);
       for (std::size_t row = 0; row < kRows; ++row) {
         const double z = std::sin(u[row]) * std::sin(u[row]), r = std::sqrt(1.0 - z * z);
         const glm::dvec3 d(r * cosPhi, r * sinPhi, z);
@@ -140,7 +140,7 @@ void gaussLegendre(double low, double high, std::span<double> nodes, std::span<d
   const std::size_t n = nodes.size();
   for (std::size_t i = 0; i < n; ++i) {
     // Newton's method from a close guess, on P_n and its derivative.
-    double x = std::cos(kPi * (static_cast<double>(i) + 0.75) / (static_cast<double>(n) + 0.5)), derivative = 1.0;
+    double x = std::cos(pi * (static_cast<double>(i) + 0.75) / (static_cast<double>(n) + 0.5)), derivative = 1.0;
     for (int step = 0; step < 8; ++step) {
       double before = 1.0, p = x;
       for (std::size_t k = 2; k <= n; ++k) {

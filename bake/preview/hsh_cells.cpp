@@ -16,7 +16,7 @@
 namespace relume {
 namespace {
 
-constexpr int kArcs = 8;            // that a border is walked in
+constexpr int kBorderArcs = 8;      // that a border is walked in
 constexpr double kMaxWidth = 0.06;  // of a part
 constexpr double kMaxRise = 0.02;   // of a part's z: near the horizon the functions turn fast
 constexpr int kMostCuts = 7;
@@ -66,8 +66,8 @@ class Integrator {
     glm::dvec3 from = at(begin.x, begin.y);
     Values atFrom, atMiddle, atTo;
     evaluateHsh(order_, from, atFrom);
-    for (int k = 1; k <= kArcs; ++k) {
-      const glm::dvec2 place = begin + (end - begin) * (static_cast<double>(k) / kArcs);
+    for (int k = 1; k <= kBorderArcs; ++k) {
+      const glm::dvec2 place = begin + (end - begin) * (static_cast<double>(k) / kBorderArcs);
       const glm::dvec3 to = at(place.x, place.y), across = glm::cross(from, to);
       const double sine = glm::length(across);
       evaluateHsh(order_, to, atTo);

@@ -23,7 +23,6 @@
 namespace relume {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kMaxShare = 32767.0f;  // of Term::along and Term::slope
 constexpr int kMostHalvings = 8;
 constexpr std::size_t kMoreTerms = 16;  // one more for so many leaves, at most
@@ -220,8 +219,8 @@ void LeafRecords::sum(const Leaves& leaves, bool fixedReach, std::vector<float>&
   std::array<glm::vec3, 5> sums;
   sumTerms(leaves.blocks.data(), leaves.blocks.size(), radiance_.data(), luminance.data(), sums.data());
   luminance[leaves.terms] = 0.0f;
-  const float share = kPi / static_cast<float>(gatherer_.cells().count()), along = leaves.alongScale / kMaxShare,
-              slope = leaves.slopeScale / kMaxShare;
+  const float share = std::numbers::pi_v<float> / static_cast<float>(gatherer_.cells().count()),
+              along = leaves.alongScale / kMaxShare, slope = leaves.slopeScale / kMaxShare;
   for (int c = 0; c < 3; ++c) {
     record.reflected.vector[c] =
         along * (sums[1][c] * leaves.tangent + sums[2][c] * leaves.bitangent) + share * sums[0][c] * record.normal;

@@ -16,7 +16,7 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kFirstStride = 32;  // [pixel]
-constexpr std::size_t kBatch = 64;          // records
+constexpr std::size_t kWaveBatch = 64;      // records
 
 class Placer {
  public:
@@ -41,7 +41,7 @@ class Placer {
       return outcome_;
     }
     for (const PixelWave& w : pixelWaves()) {
-      wave(w.stride, w.x, w.y, kBatch);
+      wave(w.stride, w.x, w.y, kWaveBatch);
       if (outcome_ != Placement::complete || context_.cancelled()) break;
     }
     return outcome_;

@@ -18,7 +18,7 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kStage = 0x72637370;  // the random streams' stage
+constexpr std::uint32_t kShadeStage = 0x72637370;  // the random streams' stage
 constexpr float kInvPi = std::numbers::inv_pi_v<float>;
 constexpr std::uint32_t kRaysAtOnce = 16384;  // of a row, in each thread
 constexpr float kSameNormal = 0.98f;          // cosine within which a sub-pixel shows what its pixel's centre shows
@@ -181,7 +181,7 @@ class Shader {
     if (in_.emitters == nullptr || in_.emitters->empty()) return light;
     const std::uint32_t samples = in_.options.samples * in_.options.samples;
     const std::uint32_t each = std::max(1u, (in_.options.emitterRays + samples - 1) / samples), count = each * samples;
-    RandomStream random(in_.options.seed, kStage, pixel);
+    RandomStream random(in_.options.seed, kShadeStage, pixel);
     const std::uint32_t first = random.below(count), maskX = random.bits(), maskY = random.bits();
     const float jitter = random.uniform();
     const glm::vec3 origin = r.positionWorld + r.geometricNormal * in_.scene.transport.epsilonAt(r.positionWorld);

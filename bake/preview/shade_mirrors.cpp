@@ -12,10 +12,10 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kStage = 0x7263736c;     // the random streams' stage
-constexpr std::uint64_t kMirrored = 1ull << 41;  // makes items of mirrored rays
-constexpr float kSameAxis = 0.9999f;             // cosine of 0.8 degrees, a tenth of the sharpest lobe's
-constexpr float kSameExponent = 0.01f;           // of it
+constexpr std::uint32_t kMirrorStage = 0x7263736c;  // the random streams' stage
+constexpr std::uint64_t kMirrored = 1ull << 41;     // makes items of mirrored rays
+constexpr float kSameAxis = 0.9999f;                // cosine of 0.8 degrees, a tenth of the sharpest lobe's
+constexpr float kSameExponent = 0.01f;              // of it
 
 // Whether two lobes are alike enough to mirror the same.
 bool isSameLobe(const MirrorSurface& a, const MirrorSurface& b) {
@@ -46,7 +46,7 @@ MirroredLight MirrorShader::light(std::uint32_t x, std::uint32_t y, std::size_t 
 // What one ray of the lobe finds above the surface.
 glm::vec3 MirrorShader::alongLobe(std::uint64_t item, const PixelReceiver& receiver,
                                   const MirrorSurface& mirror) const {
-  RandomStream random(in_.seed, kStage, item);
+  RandomStream random(in_.seed, kMirrorStage, item);
   const glm::vec3 direction = lobeDirectionAbove(mirror.axis, mirror.exponent, receiver.geometricNormal, random);
   if (direction == glm::vec3(0.0f)) return direction;
   const RayTracer& transport = in_.scene.transport;

@@ -15,7 +15,7 @@ namespace relume {
 namespace {
 
 using Point = std::array<std::uint32_t, 3>;  // bits of the coordinates; negative zero counts as zero
-using Corners = std::array<Point, 3>;
+using CornerBits = std::array<Point, 3>;
 
 // A triangle, and a hash of its corners that does not depend on their order.
 struct Hashed {
@@ -28,8 +28,8 @@ bool isOpaque(const Scene& scene, const Instance& instance) {
   return scene.meshes[instance.mesh].material == kNone || scene.material(instance).alphaMode != AlphaMode::mask;
 }
 
-Corners cornersOf(const Scene& scene, const Instance& instance, std::uint32_t triangle) {
-  Corners bits;
+CornerBits cornersOf(const Scene& scene, const Instance& instance, std::uint32_t triangle) {
+  CornerBits bits;
   const std::array<glm::vec3, 3> corners = scene.corners(instance, triangle);
   for (std::size_t c = 0; c < 3; ++c) {
     for (int k = 0; k < 3; ++k)
@@ -38,14 +38,14 @@ Corners cornersOf(const Scene& scene, const Instance& instance, std::uint32_t tr
   return bits;
 }
 
-std::uint64_t hashOf(const Corners& corners) {
+std::uint64_t hashOf(const CornerBits& corners) {
   std::uint64_t sum = 0;  // of the corners' hashes: the same in any order
   for (const Point& p : corners) sum += mix64(mix64(std::uint64_t{p[0]} << 32 | p[1]) ^ p[2]);
   return sum;
 }
 
 // The corners from the smallest on, in their cyclic order: equal for triangles whose fronts look the same way.
-Corners wound(Corners corners) {
+CornerBits wound(CornerBits corners) {
   std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
   return corners;
 }
@@ -60,7 +60,7 @@ std::vector<std::vector<std::uint8_t>> findBuried(const Scene& scene, std::span<
     if (!isOpaque(scene, instance)) continue;
     const auto count = static_cast<std::uint32_t>(scene.meshes[instance.mesh].triangle.size());
     for (std::uint32_t t = 0; t < count; ++t) {
-      const Corners corners = cornersOf(scene, instance, t);
+      const CornerBits corners = cornersOf(scene, instance, t);
       if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
       hashed.push_back({hashOf(corners), i, t});
     }
@@ -69,7 +69,7 @@ std::vector<std::vector<std::uint8_t>> findBuried(const Scene& scene, std::span<
     if (a.hash != b.hash) return a.hash < b.hash;
     return a.index != b.index ? a.index < b.index : a.triangle < b.triangle;
   });
-  std::vector<Corners> shown;  // fronts of the pile at hand that are in the tree
+  std::vector<CornerBits> shown;  // fronts of the pile at hand that are in the tree
   for (std::size_t begin = 0, end = 0; begin < hashed.size(); begin = end) {
     while (end < hashed.size() && hashed[end].hash == hashed[begin].hash) ++end;
     if (end - begin < kPile) continue;
@@ -77,7 +77,7 @@ std::vector<std::vector<std::uint8_t>> findBuried(const Scene& scene, std::span<
     for (std::size_t i = begin; i < end; ++i) {
       const Hashed& each = hashed[i];
       const Instance& instance = scene.instances[instances[each.index]];
-      const Corners front = wound(cornersOf(scene, instance, each.triangle));
+      const CornerBits front = wound(cornersOf(scene, instance, each.triangle));
       if (std::find(shown.begin(), shown.end(), front) == shown.end()) {
         shown.push_back(front);
         continue;

@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kPointsPerSurfel = 32;
 constexpr std::size_t kMaxPoints = 1u << 21;
-constexpr std::size_t kChunk = 16384;
+constexpr std::size_t kPointsAtOnce = 16384;
 constexpr std::uint32_t kSalt = 2;  // of the points; 0 and 1 are the candidates' and the footprints'
 constexpr float kSeam = 4.0f;       // a run that is wider than so many taps lies across a seam
 
@@ -118,7 +118,7 @@ CellPlaces findPlaces(const Scene& scene, const SurfelMap& map, std::span<const 
                       std::span<const SurfaceSample> points, Context& context) {
   std::vector<ImagePlace> place(points.size());
   std::vector<std::uint32_t> surfel(points.size(), kNone);
-  parallelChunks(context, "", points.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+  parallelChunks(context, "", points.size(), kPointsAtOnce, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t s = map.at(points[i].side, points[i].point.barycentric);
       if (s == kNone || surfels[s].emitter == kReflector) continue;

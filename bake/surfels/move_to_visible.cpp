@@ -17,8 +17,8 @@ namespace {
 constexpr std::size_t kRaysPerSurfel = 8;
 constexpr std::uint32_t kMinHits = 3;
 constexpr float kSameWay = 0.85f;  // cosine of normals: a surfel does not move to a face that looks elsewhere
-constexpr std::size_t kChunk = 4096;
-constexpr std::uint32_t kStage = 0x5E771Eu;
+constexpr std::size_t kRaysAtOnce = 4096;
+constexpr std::uint32_t kMoveStage = 0x5E771Eu;
 
 // What a ray found: a point of a surfel's footprint.
 struct Sight {
@@ -56,11 +56,11 @@ std::vector<Sight> lookAround(const RayTracer& tracer, const PlaySpace& playSpac
   const Scene& scene = tracer.scene();
   std::vector<Sight> sights(rayCount);
   const std::size_t receiverCount = playSpace.receivers.size();
-  parallelChunks(context, "", rayCount, kChunk, [&](std::size_t begin, std::size_t end) {
+  parallelChunks(context, "", rayCount, kRaysAtOnce, [&](std::size_t begin, std::size_t end) {
     std::vector<Ray> rays(end - begin);
     std::vector<Hit> hits(end - begin);
     for (std::size_t i = begin; i < end; ++i) {
-      RandomStream random(seed, kStage, i);
+      RandomStream random(seed, kMoveStage, i);
       const std::size_t receiver = i * receiverCount / rayCount;
       const std::size_t first = (receiver * rayCount + receiverCount - 1) / receiverCount,
                         next = ((receiver + 1) * rayCount + receiverCount - 1) / receiverCount;

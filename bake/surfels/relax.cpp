@@ -23,7 +23,7 @@ namespace relume {
 namespace {
 
 constexpr std::size_t kNeighbours = 13;  // itself included
-constexpr std::size_t kChunk = 4096;
+constexpr std::size_t kRelaxedAtOnce = 4096;
 constexpr float kStep = 0.35f;         // factor on the sum of all missing distances
 constexpr float kMaxStep = 0.3f;       // of the spacing, in one round
 constexpr float kProbeHeight = 0.35f;  // of the spacing, from which the surface is looked for
@@ -78,7 +78,7 @@ void relaxOnce(const RayTracer& tracer, const PlaySpace& playSpace, float spacin
   index.buildIndex();
 
   std::vector<SurfaceSample> moved(samples.size());
-  parallelChunks(context, "", samples.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+  parallelChunks(context, "", samples.size(), kRelaxedAtOnce, [&](std::size_t begin, std::size_t end) {
     // Do not ask FLANN for more neighbours than there are points: it would leave them undefined.
     const std::size_t count = end - begin, wanted = std::min(kNeighbours, samples.size());
     std::vector<std::size_t> neighbour(count * wanted);

@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint32_t kStage = 0x53555246;  // the random streams' stage
 constexpr double kMaxEmitterShare = 0.125;    // largest share of all points that small emitters may get in addition
 constexpr double kMaxFarShare = 0.125;        // largest share of all points on sides that are seen from far away only
-constexpr std::size_t kSidesPerChunk = 2048, kManySides = 1u << 16;
+constexpr std::size_t kSampledPerChunk = 2048, kManySides = 1u << 16;
 constexpr std::size_t kPointsPerChunk = 8192;
 constexpr double kMaxTries = 1e8, kMaxNeedleTries = 1e6;  // on a side
 constexpr double kMaxTriesPerPoint = 64.0;  // on a side that is seen as a whole; more if only a part is seen
@@ -274,7 +274,7 @@ std::vector<SurfaceSample> SurfaceSampler::draw(std::size_t count, std::uint64_t
   double work = 0.0;
   for (std::size_t mark = 0; mark < mark_.size(); ++mark) {
     const double end = mark + 1 < mark_.size() ? mark_[mark + 1] : measure_;
-    work += static_cast<double>(sidesPerMark_) / kSidesPerChunk + (end - mark_[mark]) / step / kPointsPerChunk;
+    work += static_cast<double>(sidesPerMark_) / kSampledPerChunk + (end - mark_[mark]) / step / kPointsPerChunk;
     if (work >= 1.0 || mark + 1 == mark_.size()) {
       chunkBegin.push_back(std::min(side_.size(), (mark + 1) * sidesPerMark_));
       work = 0.0;

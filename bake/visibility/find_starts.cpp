@@ -16,10 +16,10 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kStage = 0x66726565;   // the random streams' stage
-constexpr std::size_t kCandidates = 1u << 14;  // random points tried
-constexpr std::uint32_t kProbes = 16;          // rays per candidate
-constexpr float kMaxBackShare = 0.25f;         // largest share of backs among a free point's hits
+constexpr std::uint32_t kStartStage = 0x66726565;  // the random streams' stage
+constexpr std::size_t kCandidates = 1u << 14;      // random points tried
+constexpr std::uint32_t kProbes = 16;              // rays per candidate
+constexpr float kMaxBackShare = 0.25f;             // largest share of backs among a free point's hits
 constexpr float kMargin = 0.5f;  // of the level's size, added on all sides: a level may be seen from outside
 // Of a level's second size: with a third of less, it is flat, or thin.
 constexpr float kFlat = 1e-4f, kThin = 1e-2f;
@@ -79,7 +79,7 @@ std::vector<glm::vec3> findFreePoints(const RayTracer& tracer, std::uint64_t see
   std::vector<std::uint8_t> isIn(kCandidates, 0);
   parallelChunks(context, "", kCandidates, 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      RandomStream random(seed, kStage, i);
+      RandomStream random(seed, kStartStage, i);
       const glm::vec2 xy = random.uniform2();
       const glm::vec3 u(xy, random.uniform());
       candidates[i] = i % 2 == 0 ? innerLow + u * innerExtent : low + u * extent;

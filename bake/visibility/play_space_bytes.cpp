@@ -9,8 +9,8 @@
 namespace relume {
 namespace {
 
-constexpr std::size_t kMaxLevels = 30;  // of a tree
-constexpr float kMaxArea = 1e30f;       // [m²]
+constexpr std::size_t kMostTreeLevels = 30;  // of a tree
+constexpr float kMaxArea = 1e30f;            // [m²]
 
 bool isArea(float area) { return area >= 0.0f && area <= kMaxArea; }
 bool isAscending(const std::vector<std::uint64_t>& keys) {
@@ -88,7 +88,7 @@ std::optional<PlaySpace> readPlaySpace(ByteReader& from, const Scene& scene) {
   from.value(space.voxelOrigin);
   from.value(space.voxelSize);
   from.value(levels);
-  if (from.failed() || levels > kMaxLevels || !isAscending(keys)) return std::nullopt;
+  if (from.failed() || levels > kMostTreeLevels || !isAscending(keys)) return std::nullopt;
   space.voxels = VoxelIndex(std::move(keys));
   std::vector<VoxelIndex> tree;
   for (std::uint64_t i = 0; i < levels; ++i) {

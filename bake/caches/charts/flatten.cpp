@@ -2,6 +2,8 @@
 // See flatten.h.
 #include "bake/caches/charts/flatten.h"
 
+#include "bake/caches/charts/triangle_area.h"
+
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -10,10 +12,6 @@
 
 namespace relume {
 namespace {
-
-float cross2(const glm::vec2& a, const glm::vec2& b) { return a.x * b.y - a.y * b.x; }
-
-float signedArea(const std::array<glm::vec2, 3>& t) { return 0.5f * cross2(t[1] - t[0], t[2] - t[0]); }
 
 // Smallest barycentric coordinate of p, which is positive strictly inside the triangle.
 float insideness(const std::array<glm::vec2, 3>& t, const glm::vec2& p) {

@@ -4,6 +4,7 @@
 
 #include "bake/base/parallel.h"
 #include "bake/caches/charts/texcoord_charts.h"
+#include "bake/caches/charts/triangle_area.h"
 #include "bake/visibility/surface_parts.h"
 
 #include <glm/geometric.hpp>
@@ -15,8 +16,6 @@
 
 namespace relume {
 namespace {
-
-float cross2(const glm::vec2& a, const glm::vec2& b) { return a.x * b.y - a.y * b.x; }
 
 float typicalScale(const glm::mat4& toWorld) {
   const double volume = std::abs(static_cast<double>(glm::determinant(glm::dmat3(glm::mat3(toWorld)))));

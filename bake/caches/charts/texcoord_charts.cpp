@@ -4,6 +4,7 @@
 
 #include "bake/caches/charts/flatten.h"
 #include "bake/caches/charts/segment.h"
+#include "bake/caches/charts/triangle_area.h"
 
 #include <glm/geometric.hpp>
 
@@ -12,11 +13,6 @@
 
 namespace relume {
 namespace {
-
-float signedArea(const std::array<glm::vec2, 3>& t) {
-  const glm::vec2 a = t[1] - t[0], b = t[2] - t[0];
-  return 0.5f * (a.x * b.y - a.y * b.x);
-}
 
 std::array<glm::vec2, 3> cornersOf(const Mesh& mesh, std::uint32_t face) {
   const glm::uvec3& t = mesh.triangle[face];

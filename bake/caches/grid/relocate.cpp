@@ -14,7 +14,7 @@
 namespace relume {
 namespace {
 
-constexpr std::size_t kRays = 64;
+constexpr std::size_t kSeenRays = 64;
 // Rays cast first. They are the whole answer when none or many of them meet back faces, and, in the air, some meet what
 // the play space sees. In Sponza's grid, where half of 16 rays meet backs, fewer than a quarter of 64 do at only one
 // position in ten thousand. Caches on surfaces may see more backs, so that more of their first rays must meet backs.
@@ -26,10 +26,10 @@ constexpr float kClearlyInside = 0.5f, kClearlyInsideSurface = 0.75f, kClearlySe
 std::vector<glm::vec3> spiral(bool hemisphere) {
   std::vector<glm::vec3> directions;
   const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
-  constexpr std::size_t kStride = kRays / kFirstRays;
-  for (std::size_t k = 0; k < kRays; ++k) {
+  constexpr std::size_t kStride = kSeenRays / kFirstRays;
+  for (std::size_t k = 0; k < kSeenRays; ++k) {
     const std::size_t i = k % kFirstRays * kStride + k / kFirstRays;
-    const double u = (static_cast<double>(i) + 0.5) / kRays;
+    const double u = (static_cast<double>(i) + 0.5) / kSeenRays;
     const double z = hemisphere ? std::sqrt(1.0 - u) : 1.0 - 2.0 * u;
     const double r = std::sqrt(std::max(0.0, 1.0 - z * z)), phi = golden * static_cast<double>(i);
     directions.emplace_back(r * std::cos(phi), r * std::sin(phi), z);
@@ -56,9 +56,9 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
     u = glm::normalize(glm::cross(std::abs(w.y) < 0.9f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0), w));
     v = glm::cross(w, u);
   }
-  std::array<Ray, kRays> rays;
-  std::array<Hit, kRays> hits;
-  for (std::size_t i = 0; i < kRays; ++i) {
+  std::array<Ray, kSeenRays> rays;
+  std::array<Hit, kSeenRays> hits;
+  for (std::size_t i = 0; i < kSeenRays; ++i) {
     const glm::vec3& d = onSurface ? hemisphere_[i] : sphere_[i];
     rays[i].origin = positionWorld;
     rays[i].direction = u * d.x + v * d.y + w * d.z;
@@ -88,8 +88,8 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
   const bool mayBeGap = onSurface && count.seen > 0.0f && count.ownBack == 0.0f;
   const bool clearlyInside = count.back >= (onSurface ? kClearlyInsideSurface : kClearlyInside) * raysCast && !mayBeGap;
   if (!clearlyOutside && !clearlyInside) {
-    cast(kFirstRays, kRays);
-    raysCast = static_cast<float>(kRays);
+    cast(kFirstRays, kSeenRays);
+    raysCast = static_cast<float>(kSeenRays);
   }
   return {count.back / raysCast, count.ownBack / raysCast, count.near / raysCast, count.seen / raysCast, count.free};
 }

@@ -20,7 +20,7 @@
 namespace relume {
 namespace {
 
-constexpr std::size_t kRays = 2048;
+constexpr std::size_t kDepthRays = 2048;
 constexpr int kNodes = kDepthSide * kDepthSide;
 // Largest t, for surfaces that touch the cache: a byte cannot tell larger ones apart.
 constexpr float kMaxT = 254.0f;
@@ -35,7 +35,7 @@ int uniqueNode(int node) {
 }
 
 // A direction, and the nodes of the map that it reads.
-struct Sample {
+struct DepthSample {
   glm::vec3 unit;
   float l1 = 1.0f;
   std::array<int, 3> unknown;
@@ -54,9 +54,9 @@ class Fit {
       unknownOf_[static_cast<std::size_t>(node)] = unknown;
     }
     const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
-    for (std::size_t i = 0; i < kRays; ++i) {
-      const double z = 1.0 - (2.0 * static_cast<double>(i) + 1.0) / kRays, r = std::sqrt(1.0 - z * z);
-      Sample d;
+    for (std::size_t i = 0; i < kDepthRays; ++i) {
+      const double z = 1.0 - (2.0 * static_cast<double>(i) + 1.0) / kDepthRays, r = std::sqrt(1.0 - z * z);
+      DepthSample d;
       d.unit =
           glm::vec3(r * std::cos(golden * static_cast<double>(i)), r * std::sin(golden * static_cast<double>(i)), z);
       d.l1 = std::abs(d.unit.x) + std::abs(d.unit.y) + std::abs(d.unit.z);
@@ -66,14 +66,14 @@ class Fit {
       sample_.push_back(d);
     }
     // Order the samples so that neighbours follow each other: rays that are traced together then stay together.
-    std::sort(sample_.begin(), sample_.end(), [](const Sample& a, const Sample& b) {
+    std::sort(sample_.begin(), sample_.end(), [](const DepthSample& a, const DepthSample& b) {
       return mortonOf(1024.0f * (a.unit + 1.0f)) < mortonOf(1024.0f * (b.unit + 1.0f));
     });
-    for (const Sample& sample : sample_) direction_.push_back(sample.unit);
+    for (const DepthSample& sample : sample_) direction_.push_back(sample.unit);
     invert();
   }
 
-  std::span<const Sample> samples() const { return sample_; }
+  std::span<const DepthSample> samples() const { return sample_; }
   std::span<const glm::vec3> directions() const { return direction_; }  // of the samples
   std::size_t unknowns() const { return unknowns_; }
 
@@ -99,7 +99,7 @@ class Fit {
     const std::size_t n = unknowns_;
     std::vector<double> a(n * n, 0.0);
     inverse_.assign(n * n, 0.0);
-    for (const Sample& d : sample_) {
+    for (const DepthSample& d : sample_) {
       for (std::size_t i = 0; i < 3; ++i) {
         for (std::size_t k = 0; k < 3; ++k) {
           a[static_cast<std::size_t>(d.unknown[i]) * n + static_cast<std::size_t>(d.unknown[k])] +=
@@ -127,7 +127,7 @@ class Fit {
 
   std::size_t unknowns_ = 0;
   std::array<int, kNodes> unknownOf_{};
-  std::vector<Sample> sample_;
+  std::vector<DepthSample> sample_;
   std::vector<glm::vec3> direction_;
   std::vector<double> inverse_;
 };
@@ -141,14 +141,14 @@ std::vector<std::uint32_t> seeDepths(const RayTracer& tracer, std::span<const gl
   const Fit fit;
   parallelChunks(context, "grid depths", positionWorld.size(), 8, [&](std::size_t begin, std::size_t end) {
     RayBundle bundle;
-    std::vector<Hit> hits(kRays);
+    std::vector<Hit> hits(kDepthRays);
     std::vector<double> right(fit.unknowns());
     for (std::size_t i = begin; i < end; ++i) {
       bundle.trace(tracer, positionWorld[i], glm::vec3(0.0f), fit.directions(), hits);
       std::fill(right.begin(), right.end(), 0.0);
-      for (std::size_t k = 0; k < kRays; ++k) {
+      for (std::size_t k = 0; k < kDepthRays; ++k) {
         if (!hits[k]) continue;
-        const Sample& d = fit.samples()[k];
+        const DepthSample& d = fit.samples()[k];
         const double t = std::min(unit / std::max(hits[k].distance * d.l1, 1e-20f), kMaxT);
         for (std::size_t c = 0; c < 3; ++c)
           right[static_cast<std::size_t>(d.unknown[c])] += static_cast<double>(d.weight[c]) * t;

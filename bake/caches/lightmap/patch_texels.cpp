@@ -3,6 +3,7 @@
 #include "bake/caches/lightmap/patch_texels.h"
 
 #include "bake/base/parallel.h"
+#include "bake/caches/charts/triangle_area.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -20,7 +21,7 @@ constexpr std::size_t kMaxPoints = 8;
 // Share of the way that a cache moves from the texel's centre toward the middle of the texel's surface: a cache in the
 // corner of a room would see little but the corner.
 constexpr float kInset = 0.8f;
-constexpr std::uint32_t kMaxTexels = 8192;
+constexpr std::uint32_t kMaxPatchTexels = 8192;
 // A triangle with more sample points than this is looked through in blocks, of which unseen ones are skipped.
 constexpr std::int64_t kManyPoints = 1 << 16;
 constexpr int kBlock = 64;
@@ -28,10 +29,8 @@ constexpr int kBlock = 64;
 // Texels along an axis of `length` texels: one if it is shorter than a texel, otherwise enough to span it.
 std::uint32_t texelsAlong(float length) {
   if (!(length >= 1.0f)) return 1;
-  return std::min(static_cast<std::uint32_t>(std::min(length, 1e6f)) + 1, kMaxTexels);
+  return std::min(static_cast<std::uint32_t>(std::min(length, 1e6f)) + 1, kMaxPatchTexels);
 }
-
-float cross2(const glm::vec2& a, const glm::vec2& b) { return a.x * b.y - a.y * b.x; }
 
 // Barycentric weights of corners 1 and 2 at p. False outside the triangle, and for a triangle without area.
 bool barycentricAt(const std::array<glm::vec2, 3>& t, const glm::vec2& p, float slack, glm::vec2& weights) {
@@ -47,7 +46,7 @@ glm::vec2 clampInside(glm::vec2 w) {
   return sum > 1.0f ? w / sum : w;
 }
 
-struct Sample {
+struct ChartSample {
   glm::vec2 uv;
   std::uint32_t slot;  // triangle of the chart
   glm::vec2 barycentric;
@@ -78,7 +77,7 @@ class PatchSampler {
     collect(context);
     if (samples_.empty() || context.cancelled()) return;
     std::stable_sort(samples_.begin(), samples_.end(),
-                     [](const Sample& a, const Sample& b) { return a.texel < b.texel; });
+                     [](const ChartSample& a, const ChartSample& b) { return a.texel < b.texel; });
     const float toWorld = patch_.uvScale.x * patch_.uvScale.y;
     for (std::size_t begin = 0; begin < samples_.size();) {
       std::size_t end = begin;
@@ -193,13 +192,13 @@ class PatchSampler {
   // of which some are left out evenly.
   void addPoints(std::size_t begin, std::size_t end, const glm::vec2& target, std::vector<ChartPoint>& points) {
     const glm::vec2 world = patch_.uvScale;
-    const auto distance2 = [&](const Sample& s) {
+    const auto distance2 = [&](const ChartSample& s) {
       const glm::vec2 d = (s.uv - target) * world;
       return glm::dot(d, d);
     };
     std::stable_sort(samples_.begin() + static_cast<std::ptrdiff_t>(begin),
                      samples_.begin() + static_cast<std::ptrdiff_t>(end),
-                     [&](const Sample& a, const Sample& b) { return distance2(a) < distance2(b); });
+                     [&](const ChartSample& a, const ChartSample& b) { return distance2(a) < distance2(b); });
     for (std::size_t i = begin; i < std::min(end, begin + 4); ++i) {
       glm::vec2 w;
       if (!barycentricAt(chart_.uv[samples_[i].slot], target, 1e-4f, w)) continue;
@@ -208,7 +207,7 @@ class PatchSampler {
     }
     const std::size_t count = end - begin, kept = std::min(kMaxPoints, count);
     for (std::size_t k = 0; k < kept; ++k) {
-      const Sample& s = samples_[begin + k * count / kept];
+      const ChartSample& s = samples_[begin + k * count / kept];
       points.push_back({chart_.triangle[s.slot], s.barycentric});
     }
   }
@@ -222,7 +221,7 @@ class PatchSampler {
   glm::uvec2 resolution_;
   glm::ivec2 lattice_{1};
   glm::vec2 step_{1.0f};
-  std::vector<Sample> samples_;
+  std::vector<ChartSample> samples_;
 };
 
 // Add the one texel of a small patch. Its spots are the chart's representative points, seen ones first.

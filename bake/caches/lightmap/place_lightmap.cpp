@@ -156,7 +156,7 @@ class Placer {
   // After a trial that was given up, take the geometric mean of its size and the last one that was not.
   Trial searchCount() {
     constexpr int kSteps = 7;
-    constexpr double kCloseEnough = 0.03;
+    constexpr double kCloseCount = 0.03;
     const double target = options_.lightmapCaches;
     const auto maxCaches = static_cast<std::size_t>(kTooMany * target);
     Trial best;
@@ -179,7 +179,7 @@ class Placer {
         bestOff = off;
         best = std::move(trial);
       }
-      if (bestOff < kCloseEnough) break;
+      if (bestOff < kCloseCount) break;
       lastSize = size;
       lastCount = count;
       size *= std::pow(count / target, 1.0 / power);

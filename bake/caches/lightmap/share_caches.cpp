@@ -41,11 +41,11 @@ constexpr float kLastReach = 3.0f;
 // With a larger share of near hits, a cache lies in a gap into which nothing looks.
 constexpr float kMaxNearShare = 0.9f;
 // Caches on surfaces may see this many times the share of back faces that caches of the grid may. They may see any
-// share of other objects' backs as long as they see at least kMinSeenShare of what the play space sees: the gap above a
+// share of other objects' backs as long as they see at least kMinSeenInGap of what the play space sees: the gap above a
 // one-sided lamp is dark, but it is not inside the lamp. Backs of a cache's own object always count: between the layers
 // of a curtain, a cache would be used in place of those that the curtain's light falls on.
 constexpr float kTolerance = 2.0f;
-constexpr float kMinSeenShare = 0.05f;
+constexpr float kMinSeenInGap = 0.05f;
 constexpr int kRounds = 4;
 constexpr std::size_t kSightTests = 6;  // caches whose sight a texel tests
 
@@ -260,7 +260,7 @@ class Sharer {
       if (candidate.normal == glm::vec3(0.0f)) continue;
       const Surroundings around = prober_.probe(candidate.positionWorld, candidate.normal, contact, own);
       const bool outside = around.back <= tolerance && around.back + around.near <= kMaxNearShare;
-      const bool gap = around.ownBack == 0.0f && around.seen >= kMinSeenShare;
+      const bool gap = around.ownBack == 0.0f && around.seen >= kMinSeenInGap;
       if ((!outside && !gap) || around.back >= minBack) continue;
       spot_[texel] = candidate;
       verdict = k == 0 ? 1 : 2;
