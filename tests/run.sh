@@ -4,9 +4,9 @@
 #   tests/run.sh            the release suite; the same under ASan and UBSan; runtime and formats under TSan; a short fuzzing
 #                           (docs/TRUST.md)
 #   tests/run.sh --release  the release suite alone
-#   tests/run.sh --long     all, with the long runs: full accuracy, full conformance, a million surfels; the browser's tests of
-#                           three.js and of the sample page (three by npm), Blender's; clang-tidy; the packages on a bare Debian 12; the
-#                           runtime on 64-bit ARM
+#   tests/run.sh --long     all, with the long runs: full accuracy, full conformance, a million surfels; games outside, built from
+#                           fetched sources and from packages; the browser's tests of three.js and of the sample page (three by
+#                           npm), Blender's; programs that measure, clang-tidy; the packages on a bare Debian 12; the runtime on 64-bit ARM
 set -euo pipefail
 cd "$(dirname "$0")/.."
 source tools/packages.sh
@@ -36,6 +36,8 @@ end_if_configure_only
 cmake --build build/release --parallel "$(nproc)"
 ctest --preset release --parallel "$at_once" --no-tests=error
 if [ "$long" -eq 1 ]; then
+  step "benchmarks"
+  cmake --build build/release --parallel "$(nproc)" --target relume_benchmarks
   step "clang-tidy"
   tests/tidy.sh || [ $? -eq 77 ]
   step "packages on a bare Debian 12"

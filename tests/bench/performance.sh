@@ -16,6 +16,8 @@ bakes=${RELUME_BENCH_BAKES:-3}  # of each setting; the least counts
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
+cmake --build "$build" --target relume bench_bake >&2
+
 # 1. The paper's setting and ours, and how a bake grows
 "$build/tools/cli/relume" bench "$scene" --preset paper,high,medium --bakes "$bakes" --repeat 50 --threads 1,2 --backend cpu,gl \
   --markdown "$work/page.md"
@@ -30,7 +32,7 @@ trap 'rm -rf "$work"' EXIT
 "$build/tools/cli/relume" bench "$scene" --live --bakes "$bakes" --repeat 20 --threads 1,2 --progress none --markdown "$work/live.md"
 
 # 4. Stages one by one
-RELUME_BENCH_SCENE=$scene "$build/tests/bench/bake_bench" --benchmark_min_time=0.2 --benchmark_format=csv \
+RELUME_BENCH_SCENE=$scene "$build/tests/bench/bench_bake" --benchmark_min_time=0.2 --benchmark_format=csv \
   2> /dev/null > "$work/stages.csv"
 
 # 5. Kinds of links: what each costs and errs by, against the SH of its own rays
@@ -52,7 +54,7 @@ done
   printf '\n## Rays from caches\n\n`bench_ray_rate`: millions of rays a second, hits and places on the triangles included, traced in packets\n'
   printf 'of 8 and as bundles, from %s (docs/notes/tracing.md).\n\n' "$(head -n 1 "$work/rates.txt")"
   grep '^|' "$work/rates.txt"
-  printf '\n## Stages alone\n\nFrom `bake_bench` (google-benchmark), named stage/scene/n_S/n_C/n_L/l, on all cores.\n\n'
+  printf '\n## Stages alone\n\nFrom `bench_bake` (google-benchmark), named stage/scene/n_S/n_C/n_L/l, on all cores.\n\n'
   printf '| stage | wall, ms | CPU, ms |\n|---|---:|---:|\n'
   sed -n '/^name,/,$p' "$work/stages.csv" | tail -n +2 |
     awk -F, '{ gsub(/"/, "", $1); sub(/\/process_time.*/, "", $1); printf "| %s | %.0f | %.0f |\n", $1, $3, $4 }'

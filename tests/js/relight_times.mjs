@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Milliseconds of a frame by WebAssembly: node relight_times.mjs PACKAGE BAKE. The native library's: tests/bench/relight_bench.cpp.
+// Milliseconds of a frame by WebAssembly: node relight_times.mjs PACKAGE BAKE. The native library's: tests/bench/relight_times.cpp.
 import {readFile} from 'node:fs/promises';
 import path from 'node:path';
 import {pathToFileURL} from 'node:url';
