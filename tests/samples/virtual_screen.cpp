@@ -120,9 +120,13 @@ ScreenPicture VirtualScreen::picture() const {
 }
 
 bool VirtualScreen::waitFor(const Condition& is, const std::function<bool()>& goesOn) const {
+  return waitUntil([&] { return is(picture()); }, goesOn);
+}
+
+bool VirtualScreen::waitUntil(const std::function<bool()>& is, const std::function<bool()>& goesOn) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
   do {
-    if (is(picture())) return true;
+    if (is()) return true;
     pause(0.02);
   } while (goesOn() && std::chrono::steady_clock::now() < end);
   return false;

@@ -61,6 +61,9 @@ class VirtualScreen {
   // seconds: wait for what is to be seen, never for a time.
   bool waitFor(
       const Condition& is, const std::function<bool()>& goesOn = [] { return true; }) const;
+  // The same of anything but the picture, which takes a while to read.
+  static bool waitUntil(
+      const std::function<bool()>& is, const std::function<bool()>& goesOn = [] { return true; });
   // The picture once it has stopped changing.
   ScreenPicture settled() const;
 

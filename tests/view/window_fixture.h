@@ -67,7 +67,7 @@ class WindowTest : public testing::Test {
     std::snprintf(name, sizeof name, "relume_%04d.png", ++pictures_);
     const std::string path = at("pictures/") + name;
     screen_.press("F12");
-    if (!screen_.waitFor([&](const ScreenPicture&) { return fs::exists(path); })) return {};
+    if (!VirtualScreen::waitUntil([&] { return fs::exists(path); })) return {};
     const auto read = readPicture(path, "");
     EXPECT_TRUE(read) << read.error().message;
     return read ? read->picture.pixels : std::vector<glm::vec3>();

@@ -51,7 +51,7 @@ TEST_F(WindowLevel, aLevelWithoutABakeIsBakedAndFilesCanBeDropped) {
   ASSERT_EQ(dropFile(screen_.display(), at("set.json")), "");
   const std::string before = readAll(at("set.json"));
   screen_.press("ctrl+s");
-  EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture&) { return readAll(at("set.json")) != before; }));
+  EXPECT_TRUE(VirtualScreen::waitUntil([&] { return readAll(at("set.json")) != before; }));
   const auto lights = readLightsFile(at("set.json"));
   ASSERT_TRUE(lights) << lights.error().message;
   ASSERT_EQ(lights->size(), 1u);
@@ -64,8 +64,7 @@ TEST_F(WindowLevel, aLevelWithoutABakeIsLitAtOnceAndObjectsAreDragged) {
   if (!show({kLevel, "--camera", "cam_living", "--lights", "lamp", "--live-cells", "16"})) {
     GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
   }
-  EXPECT_TRUE(
-      screen_.waitFor([&](const ScreenPicture&) { return log().find("indirect light after") != std::string::npos; }));
+  EXPECT_TRUE(VirtualScreen::waitUntil([&] { return log().find("indirect light after") != std::string::npos; }));
   // The lower part of the window's right pane: black, or the wall below it.
   const auto pane = [](const ScreenPicture& picture) {
     int sum = 0;

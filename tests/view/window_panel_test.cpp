@@ -258,7 +258,7 @@ TEST_F(SmallWindowPanel, aFilmIsMadeOfFrames) {
   if (!showBake("512", "albedo")) GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
   const fs::path film = fs::path(at("pictures")) / "film_0001";
   screen_.press("F11");
-  ASSERT_TRUE(screen_.waitFor([&](const ScreenPicture&) { return fs::exists(film / "frame_0003.png"); }));
+  ASSERT_TRUE(VirtualScreen::waitUntil([&] { return fs::exists(film / "frame_0003.png"); }));
   screen_.press("F11");
   screenshot();  // of a later frame
   const auto count = [&] { return std::distance(fs::directory_iterator(film), fs::directory_iterator()); };
