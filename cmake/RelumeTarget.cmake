@@ -125,7 +125,9 @@ endfunction()
 # headers, builds with a launcher compile each file by itself: a change compiles that file alone, and an include that is missing
 # shows. RELUME_FILE_BY_FILE: so does a build whose compile commands tools read, such as tests/tidy.sh.
 function(relume_compile_together target)
-  if(NOT CMAKE_CXX_COMPILER_LAUNCHER AND NOT RELUME_FILE_BY_FILE)
+  get_target_property(sources ${target} SOURCES)
+  list(LENGTH sources count)
+  if(count GREATER 1 AND NOT CMAKE_CXX_COMPILER_LAUNCHER AND NOT RELUME_FILE_BY_FILE)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
   endif()
 endfunction()

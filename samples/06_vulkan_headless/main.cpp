@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Relume in Vulkan without a window: a level lit by its sun and lamp, with shadows, and drawn into a file.
 //   vulkan_headless LEVEL_GAME.glb LEVEL.relume OUT.png [FRAMES [all|indirect]]
-//       FRAMES: of light, each one bounce more; 30 without. indirect: irradiance / pi by indirect light alone
+//       FRAMES: of light, each one bounce more; 12 without. indirect: irradiance / pi by indirect light alone
 // LEVEL_GAME.glb is what `relume bake LEVEL.glb -o LEVEL.relume --export-glb LEVEL_GAME.glb` wrote.
 #include "device.h"
 #include "light_options.h"
@@ -58,7 +58,7 @@ int light(const std::string& glb, const std::string& relume, const char* picture
 
 int main(int argc, char** argv) try {
   const std::string show = argc > 5 ? argv[5] : "all";
-  const int frames = argc > 4 ? std::atoi(argv[4]) : 30;
+  const int frames = argc > 4 ? std::atoi(argv[4]) : 12;
   if (argc < 4 || argc > 6 || frames < 1 || (show != "all" && show != "indirect")) {
     std::fprintf(stderr, "usage: vulkan_headless LEVEL_GAME.glb LEVEL.relume OUT.png [FRAMES [all|indirect]]\n");
     return 1;

@@ -2,13 +2,13 @@
 // Small files that ask for much (make_levels.py) bake within bounds of processor time, memory and work. The bounds are
 // several times what the levels take: what they catch is the square of a count.
 #include "tests/cli/cli_fixture.h"
+#include "tests/long_tests.h"
 
 #include <nlohmann/json.hpp>
 
 #include <sys/resource.h>
 
 #include <cmath>
-
 #include <cstdlib>
 
 namespace relume {
@@ -18,6 +18,7 @@ struct Costly {
   const char* level;
   rlim_t seconds;    // of processor time
   rlim_t mebibytes;  // of address space
+  bool isLong = false;
 };
 
 void PrintTo(const Costly& costly, std::ostream* out) { *out << costly.level; }
@@ -45,6 +46,7 @@ double figureOf(const std::string& report, const std::string& name) {
 
 TEST_P(SmallFiles, bakeWithinBounds) {
   const Costly& costly = GetParam();
+  if (costly.isLong && !test::longTests()) GTEST_SKIP() << "a long test: set RELUME_LONG_TESTS=1";
   make(costly.level);
   if (HasFatalFailure() || IsSkipped()) return;
 
@@ -65,6 +67,7 @@ TEST_P(SmallFiles, bakeWithinBounds) {
 // Thousands of full texels within one texel of each other: a trial of the search for the texel size that opens far more
 // caches than asked for is given up, before each of 230,000 texels has asked 10,000 others.
 TEST_F(CostlyLevels, aStarIsNotCounted) {
+  if (!test::longTests()) GTEST_SKIP() << "a long test: set RELUME_LONG_TESTS=1";
   make("star");
   if (HasFatalFailure() || IsSkipped()) return;
   const ProgramResult result =
@@ -89,7 +92,7 @@ TEST_F(CostlyLevels, aFenceMakesAWideLightmap) {
 
 INSTANTIATE_TEST_SUITE_P(cost, SmallFiles,
                          testing::Values(Costly{"coincident_instances", 30, 1024}, Costly{"one_extension", 30, 1024},
-                                         Costly{"layer_nodes", 30, 1024}, Costly{"layers", 90, 1536},
+                                         Costly{"layer_nodes", 30, 1024}, Costly{"layers", 90, 1536, true},
                                          Costly{"big_image", 30, 1536}, Costly{"needle", 10, 2048},
                                          Costly{"strip", 10, 2048}, Costly{"sheet", 10, 2048}),
                          [](const auto& costly) { return std::string(costly.param.level); });

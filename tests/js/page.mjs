@@ -140,7 +140,7 @@ async function bakeOf(name) {
 window.tests = {
   // WebGL 2 against the CPU: receivers on the light map and in the grid.
   // maxOutputs: textures that the context draws into at once, 0 = what it can.
-  async compare(name, options = {}, maxOutputs = 0, frames = 5) {
+  async compare(name, options = {}, maxOutputs = 0, frames = 3) {
     const bake = await bakeOf(name), context = makeContext(), {gl} = context, found = {}, getParameter = gl.getParameter.bind(gl);
     gl.getExtension('EXT_color_buffer_float');
     if (maxOutputs > 0) gl.getParameter = (parameter) => (parameter === gl.MAX_DRAW_BUFFERS ? maxOutputs : getParameter(parameter));

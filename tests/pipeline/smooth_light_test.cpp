@@ -7,6 +7,7 @@
 #include "relume/relighter.h"
 #include "tests/caches/meshes.h"
 #include "tests/caches/placed.h"
+#include "tests/long_tests.h"
 #include "tests/measure/traced_light.h"
 #include "tests/pipeline/read_at_hit.h"
 #include "tools/images/perceptual.h"
@@ -272,6 +273,7 @@ TEST_F(SmoothLight, floorsOfThePresetsAreSmooth) {
 
 // The bounds can tell: with a quarter of the links neighbours disagree. At hand 2.4 %, FLIP 0.095 and 0.164.
 TEST_F(SmoothLight, floorsBlotchWithFewLinks) {
+  if (!test::longTests()) GTEST_SKIP() << "a long test: set RELUME_LONG_TESTS=1";
   BakeOptions few = presetOptions(Preset::high);
   few.links.linksPerCache /= 4;
   const std::vector<Blotches> found = blotchesOf(few);

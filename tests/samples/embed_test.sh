@@ -13,13 +13,13 @@ bake_two_rooms "$source" "$relume"
 game() { "$embed" game.glb level.relume "$@" 2>log.txt; }
 
 rc=0
-game indirect.png 30 indirect still || rc=$?
+game indirect.png 12 indirect still || rc=$?
 [ "$rc" -ne 5 ] || { cat log.txt; echo "skipped"; exit 77; }
 [ "$rc" -eq 0 ] || { cat log.txt; exit 1; }
 game direct.png 2 direct still
-game walk.png 30
-game walk2.png 45
-game still.png 30 all still
+game walk.png 12
+game walk2.png 24
+game still.png 12 all still
 "$relume" render level.glb --bake level.relume --lights sun,lamp,emissive --aov indirect,direct --exposure 0 --size 960x540 \
   --samples 1 -o truth.png --progress none >/dev/null
 

@@ -13,11 +13,11 @@ cp "$source/samples/level/two_rooms.glb" level.glb
 source "$source/tests/samples/expect.sh"
 
 rc=0
-"$headless" game.glb level.relume indirect.png 30 indirect 2>log.txt || rc=$?
+"$headless" game.glb level.relume indirect.png 12 indirect 2>log.txt || rc=$?
 [ "$rc" -ne 5 ] || { cat log.txt; echo "skipped"; exit 77; }
 [ "$rc" -eq 0 ] || { cat log.txt; exit 1; }
 "$headless" game.glb level.relume one.png 1 indirect
-"$headless" game.glb level.relume all.png
+"$headless" game.glb level.relume all.png 4
 "$relume" render level.glb --bake level.relume --lights sun,lamp,emissive --aov indirect --exposure 0 --size 480x270 \
   --samples 1 --bands Y3Co1Cg1 -o truth.png --progress none >/dev/null
 "$relume" diff indirect.png truth.png --json >indirect.json

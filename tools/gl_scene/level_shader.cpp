@@ -16,7 +16,7 @@ namespace relume {
 namespace {
 
 // Irradiance of a punctual light without its shadow, as LightSetup defines it.
-const char* kLights = R"(
+const char* kLightsGlsl = R"(
 const uint levelMaxLights = relumeShadowCount;
 uniform uint levelLightCount;
 uniform vec4 levelLightIntensity[levelMaxLights];  // w: 0 directional, 1 point, 2 spot
@@ -58,7 +58,7 @@ vec3 levelDirect(vec3 p, vec3 n) {
 )";
 
 // What surfaces mirror: relume/glossy.h and directHighlights() of the path tracer; a test compares the pictures.
-const char* kGloss = R"(
+const char* kGlossGlsl = R"(
 float levelExponent(float roughness) {
   float alpha2 = roughness * roughness * roughness * roughness;
   return alpha2 * 1e4 > 0.5 ? clamp(0.5 / alpha2 - 0.5, 1.0, 1e4) : 1e4;
@@ -132,7 +132,7 @@ std::string gridDefine(GridLookup lookup) {
 Result<GlProgram> linkLevel(const std::string& resolve, const std::string& links, const std::string& mainGlsl) {
   const std::string vertex = "#version 430\n" + levelVertexGlsl() + "void main() { levelVertex(); }\n";
   const std::string fragment =
-      "#version 430\n" + resolve + ShadowMaps::glsl() + levelMaterialGlsl() + kLights + kGloss + links + mainGlsl;
+      "#version 430\n" + resolve + ShadowMaps::glsl() + levelMaterialGlsl() + kLightsGlsl + kGlossGlsl + links + mainGlsl;
   return linkProgram("level", vertex, fragment);
 }
 
