@@ -53,7 +53,7 @@ class HostileBakes : public CliFixture {
 };
 
 TEST_F(HostileBakes, optionsNestedWithoutEndAreTextToEveryCommand) {
-  for (const std::size_t depth : {std::size_t{129}, std::size_t{100'000}, std::size_t{1'000'000}}) {
+  for (const std::size_t depth : {std::size_t{129}, std::size_t{1'000'000}}) {
     const std::string hostile = bakeWithOptions("nested.relume", nested(depth));
     EXPECT_EQ(run({"info", hostile}).status, 0);
     EXPECT_EQ(run({"info", hostile, "--json"}).status, 0);
@@ -73,7 +73,7 @@ TEST_F(HostileBakes, optionsNestedWithoutEndAreTextToEveryCommand) {
 }
 
 TEST_F(HostileBakes, sideFilesNestedWithoutEndAreRefused) {
-  for (const std::size_t depth : {std::size_t{129}, std::size_t{100'000}, std::size_t{1'000'000}}) {
+  for (const std::size_t depth : {std::size_t{129}, std::size_t{1'000'000}}) {
     const std::string list(depth, '[');
     const std::string object = put("object.json", nested(depth)), lights = put("lights.json", list);
     if (depth < 200'000 / 6)  // beyond, the options file is too long
