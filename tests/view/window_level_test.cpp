@@ -6,6 +6,11 @@
 #include "tests/view/window_fixture.h"
 #include "tools/render/lights_file.h"
 
+#include <unistd.h>
+
+#include <chrono>
+#include <thread>
+
 namespace relume {
 namespace {
 
@@ -17,6 +22,15 @@ constexpr std::uint32_t kWidth = 640, kHeight = 400;
 constexpr glm::ivec2 kRelightHeader{100, 206}, kDirectSwitch{25, 229};
 // Of a level without a bake, with an object picked: the panel shows its controls.
 constexpr glm::ivec2 kLiveRelightHeader{100, 275}, kDraftButton{62, 298};
+
+// That a process has used, in all.
+double processorSeconds(pid_t process) {
+  std::ifstream file("/proc/" + std::to_string(process) + "/stat");
+  std::string word;
+  double ticks = 0.0;
+  for (int field = 1; field <= 15 && file >> word; ++field) ticks += field >= 14 ? std::stod(word) : 0.0;
+  return ticks / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
 
 class WindowLevel : public WindowTest {
  protected:
@@ -115,6 +129,25 @@ TEST_F(WindowLevel, aLevelDroppedOnAWindowWithoutABakeIsLitAndBaked) {
   // The panel of a bake has what is under Relight, that of live light a button for a draft; pictures show the rest.
   const auto baked = screenshot();
   EXPECT_GT(meanOf(baked), 0.02);
+}
+
+// Where nothing changes nearly nothing is drawn; a new bake is seen still, and keys are heard.
+TEST_F(WindowLevel, restsUntilSomethingHappens) {
+  bake("512");
+  if (!show({kLevel, "--bake", at("level.relume"), "--camera", "cam_living", "--lights", "lamp"})) {
+    GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
+  }
+  const auto rests = [this] {
+    const double before = processorSeconds(viewer_);
+    std::this_thread::sleep_for(std::chrono::seconds(2));
+    return processorSeconds(viewer_) - before < 0.7;
+  };
+  ASSERT_TRUE(VirtualScreen::waitUntil(rests)) << "it draws and draws";
+  const ScreenPicture screen = screen_.picture();
+  bake("300");
+  EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return differenceOf(screen, p, 60).width() > kWidth / 4; }))
+      << "no news of the bake";
+  EXPECT_GT(meanOf(screenshot()), 0.02);
 }
 
 TEST_F(WindowLevel, switchesChangeThePictureAndABakeIsLoadedAgain) {

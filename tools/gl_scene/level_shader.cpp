@@ -131,8 +131,8 @@ std::string gridDefine(GridLookup lookup) {
 // resolve: what reads indirect light; links: levelLinks() and levelGlossy() by it.
 Result<GlProgram> linkLevel(const std::string& resolve, const std::string& links, const std::string& mainGlsl) {
   const std::string vertex = "#version 430\n" + levelVertexGlsl() + "void main() { levelVertex(); }\n";
-  const std::string fragment =
-      "#version 430\n" + resolve + ShadowMaps::glsl() + levelMaterialGlsl() + kLightsGlsl + kGlossGlsl + links + mainGlsl;
+  const std::string fragment = "#version 430\n" + resolve + ShadowMaps::glsl() + levelMaterialGlsl() + kLightsGlsl +
+                               kGlossGlsl + links + mainGlsl;
   return linkProgram("level", vertex, fragment);
 }
 

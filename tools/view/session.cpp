@@ -320,6 +320,15 @@ void Session::beginFrame(double now, const glm::vec2& windowSize) {
              state.camera.position, size};
 }
 
+bool Session::isMoving() const {
+  if (capture_.isFilming()) return true;
+  if (!viewer) return false;
+  const LiveShading* const live = viewer->live();
+  if (live && state.relight && !live->last().isSettled) return true;
+  if (state.records && viewer->records() && !viewer->records()->isComplete()) return true;
+  return std::any_of(state.lights.begin(), state.lights.end(), [](const ViewedLight& l) { return l.on && l.orbits; });
+}
+
 void Session::toggleFilm() {
   if (!capture_.isFilming()) {
     if (messages.check(capture_.beginFilm(), now_)) say(Severity::info, "filming; F11 ends the film");

@@ -82,6 +82,8 @@ class Session {
   // The level into a framebuffer; black where there is none yet. What goes wrong is shown as a message.
   void draw(GLuint framebuffer, std::uint32_t width, std::uint32_t height);
 
+  // Whether what is drawn changes by itself: light that settles or moves, a film.
+  bool isMoving() const;
   // [s] That moving things are at: the clock's, or a film's own.
   double animationTime() const { return animation_; }
   const Capture& capture() const { return capture_; }

@@ -5,6 +5,7 @@
 #include "tools/base/printable.h"
 #include "tools/view/light_handles.h"
 #include "tools/view/panel.h"
+#include "tools/view/rest.h"
 #include "tools/view/session.h"
 #include "tools/view/window.h"
 
@@ -92,6 +93,14 @@ class Window {
   // Whether a key is down that was pressed without Control: one with it is a command until it is released, whichever of
   // the two is released first.
   bool isHeld(int key) const { return held_.contains(key); }
+  // Wait for what happens, at most so long [s]; whether something has.
+  static bool waitFor(double seconds) {
+    const double begin = glfwGetTime();
+    glfwWaitEventsTimeout(seconds);
+    return glfwGetTime() - begin < 0.9 * seconds;
+  }
+  // Whether keys are down, or what happened has not been handled.
+  bool isInUse() const { return !events_.empty() || !held_.empty(); }
   // What is to be handled in this frame, in its order: up to one press or release of the button, so that who looks at
   // mouse and button once a frame, as Dear ImGui does, misses no click in slow ones.
   std::vector<InputEvent> takeEvents() {
@@ -223,8 +232,16 @@ void loop(Window& window, Session& session, FirstLight& firstLight) {
   double last = glfwGetTime();
   glm::dvec2 cursor(0.0);
   glfwGetCursorPos(window.get(), &cursor.x, &cursor.y);
+  Rest rest;
+  const LoadedLevel* shown = nullptr;
   while (!glfwWindowShouldClose(window.get())) {
-    glfwPollEvents();
+    bool isBusy = false;
+    if (rest.isDue()) {
+      isBusy = Window::waitFor(rest.step());
+    } else {
+      glfwPollEvents();
+    }
+    isBusy = isBusy || window.isInUse();
     const double now = glfwGetTime();
     ViewState& state = session.state;
     fly(window, state.camera, static_cast<float>(now - last), cursor);
@@ -252,6 +269,8 @@ void loop(Window& window, Session& session, FirstLight& firstLight) {
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
     glfwSwapBuffers(window.get());
     if (session.viewer) firstLight.tell(*session.viewer);
+    const LoadedLevel* const before = std::exchange(shown, session.level.get());
+    rest.frame(now, isBusy || before != shown || session.isMoving() || ImGui::IsAnyItemActive());
   }
 }
 
