@@ -78,7 +78,7 @@ TEST_F(ViewerSession, whatMovesShadowsAndReflectsLightOnTheCpu) {
   state.relightBy.backend = BackendKind::cpu;
   const auto light = [&] {
     for (int i = 0; i < 20; ++i) frame();
-    return session_->viewer->irradiance(state, kWidth, kHeight);
+    return *session_->viewer->irradiance(state, kWidth, kHeight);
   };
   const auto sum = [](const std::vector<glm::vec3>& pixels) {
     return std::accumulate(pixels.begin(), pixels.end(), 0.0,

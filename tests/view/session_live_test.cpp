@@ -45,7 +45,7 @@ TEST_F(LiveSession, openGlReadsTheLightAsTheCpuDoes) {
   for (int i = 0; i < kFrames; ++i) frame();
   ViewState state = session_->state;
   state.direct = false;
-  const std::vector<glm::vec3> shown = session_->viewer->irradiance(state, kWidth, kHeight);
+  const std::vector<glm::vec3> shown = *session_->viewer->irradiance(state, kWidth, kHeight);
 
   // The same frames by the library alone
   const Scene level = scene();
@@ -105,7 +105,8 @@ TEST_F(LiveSession, lightFollowsALamp) {
     ViewState state = session_->state;
     state.direct = false;
     double sum = 0.0;
-    for (const glm::vec3& e : session_->viewer->irradiance(state, kWidth, kHeight)) sum += static_cast<double>(e.g);
+    const std::vector<glm::vec3> shown = *session_->viewer->irradiance(state, kWidth, kHeight);
+    for (const glm::vec3& e : shown) sum += static_cast<double>(e.g);
     return sum / (kWidth * kHeight);
   };
   const double before = meanLight();
@@ -125,7 +126,8 @@ TEST_F(LiveSession, openGlFollowsLampsObjectsAndCells) {
     ViewState state = session_->state;
     state.direct = false;
     double sum = 0.0;
-    for (const glm::vec3& e : session_->viewer->irradiance(state, kWidth, kHeight)) sum += static_cast<double>(e.g);
+    const std::vector<glm::vec3> shown = *session_->viewer->irradiance(state, kWidth, kHeight);
+    for (const glm::vec3& e : shown) sum += static_cast<double>(e.g);
     return sum / (kWidth * kHeight);
   };
   show(40);

@@ -143,6 +143,10 @@ Result<GlProgram> makeLevelProgram(const Relighter* relighter, const std::string
   return linkLevel(relighter->gl()->glsl(), gridDefine(lookup) + kLinks, mainGlsl);
 }
 
+std::string levelConstant(const char* name, bool value) {
+  return std::string("const bool ") + name + (value ? " = true;\n" : " = false;\n");
+}
+
 Result<GlProgram> makeDepthProgram() {
   return linkProgram("depth", "#version 430\n" + levelVertexGlsl() + "void main() { levelVertex(); }\n",
                      "#version 430\n" + levelMaterialGlsl() + "void main() { if (!levelOpaque()) discard; }\n");

@@ -27,6 +27,8 @@ namespace {
 constexpr std::uint32_t kTile = 1024;  // sub-pixels a side
 constexpr GLuint kConeUnit = 19;       // of what cones find: renderConeLight, renderConeGlossy
 
+// After levelConstant()s: renderLobes, links in lobes about the reflected directions, else irradiance; renderGloss,
+// surfaces mirror as their materials say; renderCones, cones have found what is mirrored and how open places are.
 // Radiances with albedo, except normal and position. w of the albedo is 1 where something is hit.
 const char* kMain = R"(
 layout(location = 0) out vec4 outAlbedo;
@@ -35,11 +37,9 @@ layout(location = 2) out vec4 outLinks;
 layout(location = 3) out vec4 outEmission;
 layout(location = 9) uniform float renderEmissive;
 layout(location = 10) uniform bool renderCentres;
-layout(location = 11) uniform float renderExponent;  // links in lobes about the reflected directions; negative: irradiance
+layout(location = 11) uniform float renderExponent;  // of the lobes, where materials do not say it
 layout(location = 12) uniform vec4 renderEye;        // position, 1; or of parallel rays the direction, 0
-layout(location = 13) uniform bool renderGloss;      // surfaces mirror as their materials say
 layout(location = 14) uniform bool renderSurfaces;   // what cones start from, and nothing else
-layout(location = 15) uniform bool renderCones;      // they have found what is mirrored and how open places are
 layout(location = 16) uniform bool renderCaches;     // beside cones, a bake's caches have rough lobes
 layout(binding = 19) uniform sampler2D renderConeLight;
 layout(binding = 20) uniform sampler2D renderConeGlossy;
@@ -70,7 +70,7 @@ void main() {
   }
   const float invPi = 0.31830988618;
   outDirect = vec4(albedo * levelDirect(p, n) * invPi, 0.0);
-  if (renderExponent >= 0.0) {
+  if (renderLobes) {
     vec3 r = reflect(ray, n), light = vec3(0.0);
     if (renderCones) {
       float share = renderCaches ? levelCacheShare(exponent) : 0.0;
@@ -200,9 +200,16 @@ struct LinkLight {
 class GlRenderer {
  public:
   // live: as the request asks for it, or null.
-  GlRenderer(const RenderRequest& request, const GlLevel& level, GLuint program, const Targets& targets, LiveGl* live,
-             RenderedFrame& frame)
-      : request_(request), level_(level), program_(program), targets_(targets), live_(live), frame_(frame) {}
+  // lobes: the program that draws them; irradiance: the other one.
+  GlRenderer(const RenderRequest& request, const GlLevel& level, GLuint irradiance, GLuint lobes,
+             const Targets& targets, LiveGl* live, RenderedFrame& frame)
+      : request_(request),
+        level_(level),
+        irradiance_(irradiance),
+        lobes_(lobes),
+        targets_(targets),
+        live_(live),
+        frame_(frame) {}
 
   // Draw a tile with supersampling and add it to the frame. Errors of ConesGl.
   Status shade(const Tile& tile, const LinkLight& all, const LinkLight& straight) {
@@ -210,10 +217,10 @@ class GlRenderer {
       if (Status ok = followCones(tile); !ok) return ok;
     }
     if (request_.drawsGlossy() && (all || request_.drawsCones())) {
-      drawTile(tile, all, request_.samples, false, request_.exponent.value_or(0.0f));
+      drawTile(lobes_, tile, all, request_.samples, false);
       box(2, tile, frame_.glossy);
     }
-    drawTile(tile, all, request_.samples, false);
+    drawTile(irradiance_, tile, all, request_.samples, false);
     if (request_.occlusionFalloff) boxOpen(tile);
     box(0, tile, frame_.albedo);
     box(1, tile, frame_.direct);
@@ -221,14 +228,14 @@ class GlRenderer {
     box(3, tile, frame_.emission);
     addSky(tile);
     if (!straight) return done();
-    drawTile(tile, straight, request_.samples, false);
+    drawTile(irradiance_, tile, straight, request_.samples, false);
     box(2, tile, frame_.straight);
     return done();
   }
 
   // Normals, positions and depths at pixel centres.
   void centres(const Tile& tile) {
-    drawTile(tile, {}, 1, true);
+    drawTile(irradiance_, tile, {}, 1, true);
     const CameraRays rays(request_.camera, request_.width, request_.height);
     std::vector<glm::vec4> hit, normal, position;
     targets_.read(0, tile.width, tile.height, hit);
@@ -262,9 +269,9 @@ class GlRenderer {
  private:
   // From each sub-pixel of a tile. What they find stays bound for the draws.
   Status followCones(const Tile& tile) {
-    glUseProgram(program_);
+    glUseProgram(irradiance_);
     glUniform1i(14, 1);
-    drawTile(tile, {}, request_.samples, false, request_.exponent.value_or(-1.0f));
+    drawTile(irradiance_, tile, {}, request_.samples, false);
     glUniform1i(14, 0);
     PixelTextures surfaces = targets_.surfaces(request_.drawsGlossy());
     surfaces.clipFromWorld = tileClip(request_, level_, tile);
@@ -278,20 +285,18 @@ class GlRenderer {
     return done();
   }
 
-  void drawTile(const Tile& tile, const LinkLight& links, std::uint32_t samples, bool centresOnly,
-                float exponent = -1.0f) const {
+  void drawTile(GLuint program, const Tile& tile, const LinkLight& links, std::uint32_t samples,
+                bool centresOnly) const {
     targets_.begin(tile.width * samples, tile.height * samples);
-    glUseProgram(program_);
+    glUseProgram(program);
     glUniform1f(9, request_.drawsEmission() ? 1.0f : 0.0f);
     glUniform1i(10, centresOnly ? 1 : 0);
-    glUniform1f(11, exponent);
+    glUniform1f(11, request_.exponent.value_or(0.0f));
     const CameraRays rays(request_.camera, request_.width, request_.height);
     const glm::vec4 eye = rays.orthographic ? glm::vec4(rays.forward, 0.0f) : glm::vec4(rays.origin, 1.0f);
     glUniform4fv(12, 1, glm::value_ptr(eye));
-    glUniform1i(13, request_.gloss ? 1 : 0);
-    glUniform1i(15, live_ != nullptr && live_->cones ? 1 : 0);
     glUniform1i(16, links.baked != nullptr ? 1 : 0);
-    links.bind(program_);
+    links.bind(program);
     const glm::mat4 clip = tileClip(request_, level_, tile);
     level_.draw(clip, request_.gloss);
     level_.drawDynamic(clip, {}, request_.gloss);
@@ -349,7 +354,7 @@ class GlRenderer {
 
   const RenderRequest& request_;
   const GlLevel& level_;
-  GLuint program_;
+  GLuint irradiance_, lobes_;
   const Targets& targets_;
   LiveGl* live_;
   RenderedFrame& frame_;
@@ -408,11 +413,22 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   }
 
   // Draw, tile by tile
-  auto program = live && live->all ? makeLiveProgram(kMain)
-                                   : makeLevelProgram(relit->all ? &*relit->all : nullptr, kMain, request.gridLookup);
-  if (!program) return program.error();
-  shadows->setUniforms(program->name());
-  setLevelLights(program->name(), lights);
+  const auto makeProgram = [&](bool lobes) -> Result<GlProgram> {
+    const std::string fragment = levelConstant("renderLobes", lobes) + levelConstant("renderGloss", request.gloss) +
+                                 levelConstant("renderCones", live && live->cones) + kMain;
+    auto program = live && live->all
+                       ? makeLiveProgram(fragment)
+                       : makeLevelProgram(relit->all ? &*relit->all : nullptr, fragment, request.gridLookup);
+    if (!program) return program;
+    shadows->setUniforms(program->name());
+    setLevelLights(program->name(), lights);
+    return program;
+  };
+  const Result<GlProgram> irradiance = makeProgram(false);
+  if (!irradiance) return irradiance.error();
+  std::optional<Result<GlProgram>> lobes;
+  if (request.drawsGlossy()) lobes.emplace(makeProgram(true));
+  if (lobes && !*lobes) return lobes->error();
   shadows->bind();
   const std::vector<Tile> tiles = tilesOf(request, request.samples);
   const std::uint32_t most = std::max(request.samples, 1u);
@@ -422,7 +438,8 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   RenderedFrame frame;
   frame.renderer = "gl: " + egl->renderer();
   frame.resize(request);
-  GlRenderer renderer(request, *level, program->name(), targets, live ? &*live : nullptr, frame);
+  GlRenderer renderer(request, *level, irradiance->name(), lobes ? (*lobes)->name() : 0, targets,
+                      live ? &*live : nullptr, frame);
   const LinkLight all{relit->all ? &*relit->all : nullptr, live && live->all ? &*live->all : nullptr},
       straight{relit->straight ? &*relit->straight : nullptr, live && live->straight ? &*live->straight : nullptr};
   for (std::size_t i = 0; i < tiles.size(); ++i) {

@@ -176,7 +176,9 @@ void Session::compareWithReference() {
   const float aspect = pixels_.size.x / pixels_.size.y;
   const auto height =
       static_cast<std::uint32_t>(std::clamp(static_cast<float>(ReferenceJob::kWidth) / aspect, 1.0f, 1024.0f));
-  reference.emplace(level, state, height, viewer->irradiance(state, ReferenceJob::kWidth, height));
+  auto shown = viewer->irradiance(state, ReferenceJob::kWidth, height);
+  if (!shown) return say(Severity::error, shown.error().message);
+  reference.emplace(level, state, height, std::move(*shown));
 }
 
 void Session::finishReference() {

@@ -3,12 +3,10 @@
 #include "tools/view/viewer.h"
 
 #include "formats/color.h"
-#include "relume/glossy.h"
 #include "tools/base/clock.h"
 #include "tools/gl_scene/gl_program.h"
 #include "tools/gl_scene/level_shader.h"
 #include "tools/render/read_sky_map.h"
-#include "tools/view/display.h"
 
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
@@ -21,68 +19,6 @@
 
 namespace relume {
 namespace {
-
-const char* kViewerFragment = R"(
-layout(location = 22) uniform int viewMode;
-layout(location = 23) uniform vec2 viewShare;  // 1 where it is shown: direct light, light over links
-layout(location = 24) uniform vec3 viewEye;
-layout(location = 25) uniform float viewReflectance;
-layout(location = 26) uniform float viewExponent;
-layout(location = 27) uniform vec2 viewMapSize;  // texels of the light map
-layout(location = 28) uniform bool viewGloss;    // surfaces mirror as their materials say, instead of by viewReflectance
-layout(location = 0) out vec4 outColor;
-void main() {
-  if (!levelOpaque()) discard;
-  vec3 n = levelNormal(), p = levelPosition;
-  const float invPi = 0.31830988618;
-  // Each once: compilers put in a copy for each call.
-  vec3 direct = vec3(0.0), links = vec3(0.0), color = vec3(0.0);
-  if (viewMode < 2 || viewMode == 8) direct = invPi * levelDirect(p, n);
-  if (viewMode == 0 || viewMode == 2 || viewMode > 6) {
-    vec3 byRecords;
-    links = invPi * (recordIrradiance(p, n, byRecords) ? byRecords : levelLinks(p, n));
-  }
-  // What is scattered and what is mirrored; the lobe about the reflected direction.
-  vec3 diffuse = (1.0 - viewReflectance) * levelAlbedo(), specular = vec3(viewReflectance), toEye = normalize(viewEye - p);
-  vec3 gloss = vec3(0.0), highlights = vec3(0.0), r = reflect(-toEye, n);
-  float exponent = viewExponent;
-  if (viewGloss) {
-    vec2 metalRough = levelMetalRough();
-    levelSplitReflectance(levelAlbedo(), metalRough, n, toEye, diffuse, specular);
-    exponent = levelExponent(metalRough.y);
-    if (viewMode == 0 || viewMode == 3) highlights = levelHighlights(p, r, exponent, toEye);
-  }
-  bool shines = max(specular.r, max(specular.g, specular.b)) > 0.0;
-  if (viewMode == 3 || (viewMode == 0 && shines))
-    gloss = levelGlossy(p, n, r, viewGloss ? levelCacheExponent(exponent) : exponent);
-  if (viewMode == 0) {
-    color = diffuse * (viewShare.x * direct + viewShare.y * links) + levelEmission();
-    color += specular * (viewShare.y * gloss + viewShare.x * highlights);
-  }
-  if (viewMode == 1) color = levelAlbedo() * direct + levelEmission();
-  if (viewMode == 2) color = links;
-  if (viewMode == 3) color = viewGloss ? specular * (gloss + highlights) : gloss;
-  if (viewMode == 4) color = levelAlbedo();
-  if (viewMode == 5) color = 0.5 * n + 0.5;
-  if (viewMode == 6 || viewMode == 7) {
-    // Where light is read: texels of the light map as a checker, what reads the grid in orange.
-    const vec3 orange = vec3(1.0, 0.4, 0.05);
-    vec2 uv;
-    bool onMap = levelOnLightmap(uv);
-    vec2 texel = floor(uv * viewMapSize);
-    float facing = 0.4 + 0.6 * abs(dot(n, normalize(viewEye - p)));
-    color = facing * (onMap ? vec3(mod(texel.x + texel.y, 2.0) < 0.5 ? 0.15 : 0.9) : orange);
-    if (viewMode == 7) color = (onMap ? vec3(1.0) : orange) * links;
-  }
-  if (viewMode == 8) {
-    outColor = vec4(viewShare.x * direct + viewShare.y * links, 1.0);
-    return;
-  }
-  outColor = vec4(display(color), 1.0);
-}
-)";
-
-std::string viewerGlsl() { return displayGlsl() + ViewRecords::glsl() + kViewerFragment; }
 
 constexpr const char* kRecordsPass = "records";
 
@@ -146,10 +82,9 @@ Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSiz
   Viewer viewer(loaded, std::move(*level), std::move(*shadows));
   viewer.options_ = std::move(options);
   viewer.depthProgram_ = std::move(*depth);
+  viewer.shownKind_ = shadingKind(state, false);
   if (live) {
-    auto program = makeLiveProgram(viewerGlsl());
-    if (!program) return program.error();
-    viewer.program_ = std::move(*program);
+    if (auto program = viewer.shading_.program(viewer.shownKind_, nullptr); !program) return program.error();
     viewer.live_.emplace(std::move(*live));
   } else {
     const bool inherits = previous && !previous->live();
@@ -179,12 +114,12 @@ Status Viewer::choose(const RelightChoice& choice) {
   return live_ || choice == choice_ ? done() : build(choice, &relighter());
 }
 
-// Relighter and program of a choice, in place of those that are there.
+// Relighter and programs of a choice, in place of those that are there.
 Status Viewer::build(const RelightChoice& choice, const Relighter* previous) {
   auto relighter = makeRelighter(*bake_, options_, choice.bands, previous);
   if (!relighter) return relighter.error();
-  auto program = makeLevelProgram(&*relighter, viewerGlsl());
-  if (!program) return program.error();
+  Shading shading;
+  if (auto program = shading.program(shownKind_, &*relighter); !program) return program.error();
   std::optional<CpuLight> cpu;
   if (choice.backend == BackendKind::cpu) {
     RelightOptions options;
@@ -194,7 +129,7 @@ Status Viewer::build(const RelightChoice& choice, const Relighter* previous) {
     cpu.emplace(std::move(*made));
   }
   gl_.emplace(std::move(*relighter));
-  program_ = std::move(*program);
+  shading_ = std::move(shading);
   cpu_.reset();
   if (cpu) cpu_.emplace(std::move(*cpu));
   choice_ = choice;
@@ -295,7 +230,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
     backdrop_->draw(clip, state.sky.rotationDeg, state.exposure, encode);
     glEnable(GL_DEPTH_TEST);
   }
-  drawLevel(state, lights, moved, clip, encode);
+  if (Status ok = drawLevel(state, lights, moved, clip, encode); !ok) return ok;
   // Until a point is picked, the links are those of the middle of the view.
   std::optional<glm::vec3> picked = state.picked;
   if (state.shows(Overlay::links) && !picked) picked = surfaceAt(state, 0.5f * glm::vec2(width, height), width, height);
@@ -312,7 +247,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   return lit;
 }
 
-std::vector<glm::vec3> Viewer::irradiance(const ViewState& state, std::uint32_t width, std::uint32_t height) const {
+Result<std::vector<glm::vec3>> Viewer::irradiance(const ViewState& state, std::uint32_t width, std::uint32_t height) {
   const auto texture = [&](GLenum format) {
     GlTexture made = GlTexture::make();
     glBindTexture(GL_TEXTURE_2D, made.name());
@@ -331,10 +266,12 @@ std::vector<glm::vec3> Viewer::irradiance(const ViewState& state, std::uint32_t 
   const float aspect = static_cast<float>(width) / static_cast<float>(height);
   ViewState plain = state;
   plain.mode = ViewMode::irradiance;
-  drawLevel(plain, activeLights(state), movesOf(state), clipFromWorld(state.camera, aspect), false);
+  const Status drawn =
+      drawLevel(plain, activeLights(state), movesOf(state), clipFromWorld(state.camera, aspect), false);
   std::vector<glm::vec4> rows(std::size_t{width} * height);
   glReadPixels(0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGBA, GL_FLOAT, rows.data());
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  if (!drawn) return drawn.error();
   std::vector<glm::vec3> pixels;
   for (std::size_t y = height; y-- > 0;) {
     for (std::size_t x = 0; x < width; ++x) pixels.emplace_back(rows[y * width + x]);
@@ -359,36 +296,32 @@ void Viewer::drawDepths(const std::vector<glm::mat4>& moved, const glm::mat4& cl
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
 }
 
-void Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
-                       const glm::mat4& clip, bool encode) const {
+Status Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
+                         const glm::mat4& clip, bool encode) {
+  const ShadingKind kind = shadingKind(state, records_ != nullptr);
+  const Result<GLuint> program = shading_.program(kind, live_ ? nullptr : &*gl_);
+  if (!program) return program.error();
+  if (state.mode != ViewMode::irradiance) shownKind_ = kind;
   drawDepths(moved, clip);
   glDepthFunc(GL_EQUAL);
   glDepthMask(GL_FALSE);
-  shadows_.setUniforms(program_.name());
-  setLevelLights(program_.name(), lights);
-  glUseProgram(program_.name());
-  const bool isLit = state.mode != ViewMode::albedo && state.mode != ViewMode::normal && state.mode != ViewMode::texels;
-  setDisplay(isLit ? state.exposure : 0.5f, encode);
-  glUniform1i(22, static_cast<int>(state.mode));
-  glUniform2f(23, state.direct ? 1.0f : 0.0f, state.indirect ? 1.0f : 0.0f);
-  glUniform3fv(24, 1, glm::value_ptr(state.camera.position));
-  glUniform1f(25, state.reflectance);
-  glUniform1f(26, glossyExponent(state.roughness));
-  const glm::uvec2 mapSize(bake_->caches.lightmap.width, bake_->caches.lightmap.height);
-  glUniform2f(27, static_cast<float>(mapSize.x), static_cast<float>(mapSize.y));
-  glUniform1i(28, state.gloss ? 1 : 0);
+  shadows_.setUniforms(*program);
+  setLevelLights(*program, lights);
+  glUseProgram(*program);
+  Shading::set(state, {bake_->caches.lightmap.width, bake_->caches.lightmap.height}, encode);
   if (live_) {
-    live_->bind(program_.name());
+    live_->bind(*program);
   } else {
     gl_->gl()->bind();
   }
   shadows_.bind();
-  ViewRecords::bind(state.records ? records_.get() : nullptr);
+  if (kind.records) ViewRecords::bind(records_.get());
   level_.draw(clip, state.gloss);
-  ViewRecords::bind(nullptr);  // which show the level without what moves
+  if (kind.records) ViewRecords::bind(nullptr);  // which show the level without what moves
   level_.drawDynamic(clip, moved, state.gloss);
   glDepthFunc(GL_LESS);
   glDepthMask(GL_TRUE);
+  return done();
 }
 
 std::optional<glm::vec3> Viewer::surfaceAt(const ViewState& state, const glm::vec2& pixel, std::uint32_t width,

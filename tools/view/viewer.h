@@ -16,6 +16,7 @@
 #include "tools/view/live_shading.h"
 #include "tools/view/loaded_level.h"
 #include "tools/view/overlays.h"
+#include "tools/view/shading.h"
 #include "tools/view/view_records.h"
 #include "tools/view/view_state.h"
 
@@ -58,8 +59,8 @@ class Viewer {
                                      std::uint32_t height) const;
 
   // Irradiance / pi [W/m²/sr] in the last frame's light at each pixel, row 0 on top, 0 where nothing is hit. Leaves the
-  // default framebuffer bound. [Size width * height]
-  std::vector<glm::vec3> irradiance(const ViewState& state, std::uint32_t width, std::uint32_t height) const;
+  // default framebuffer bound. failed: a shader did not compile. [Size width * height]
+  Result<std::vector<glm::vec3>> irradiance(const ViewState& state, std::uint32_t width, std::uint32_t height);
 
   // Milliseconds of the last frame: wall clock for the host's passes, the relighter's own for its passes.
   const std::vector<std::pair<std::string, double>>& times() const { return times_; }
@@ -83,8 +84,8 @@ class Viewer {
   Status relight(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved);
   void setEmissions(const ViewState& state);
   void drawDepths(const std::vector<glm::mat4>& moved, const glm::mat4& clip) const;
-  void drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
-                 const glm::mat4& clip, bool encode) const;
+  Status drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
+                   const glm::mat4& clip, bool encode);
 
   const LoadedLevel* loaded_;
   const Bake* bake_;
@@ -96,7 +97,9 @@ class Viewer {
   std::optional<CpuLight> cpu_;      // that fills it, where the CPU was chosen
   RelightChoice choice_;
   std::optional<std::pair<std::vector<Light>, std::vector<glm::mat4>>> shadowed_;  // what the shadow maps are of
-  GlProgram program_, depthProgram_;
+  GlProgram depthProgram_;
+  Shading shading_;        // of gl_, or of live light
+  ShadingKind shownKind_;  // of the last view that was drawn
   std::optional<Overlays> overlays_;
   std::optional<Backdrop> backdrop_;
   std::unique_ptr<ViewRecords> records_;
