@@ -26,11 +26,15 @@ install_packages() {
     command -v sudo >/dev/null || { echo "Not root and no sudo: install the packages above, then run this again." >&2; return 1; }
     sudo=(sudo)
   fi
-  "${sudo[@]}" apt-get update -qq || [ -n "${2:-}" ]
+  if [ -z "${package_lists_are_new:-}" ]; then
+    "${sudo[@]}" apt-get update -qq || [ -n "${2:-}" ]
+    package_lists_are_new=1
+  fi
   local install=("${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends) failed=0
-  if [ -n "${2:-}" ]; then
-    for package in "${missing[@]}"; do "${install[@]}" "$package" >/dev/null || failed=1; done  # one that fails stops no other
+  if [ -z "${2:-}" ]; then
+    "${install[@]}" "${missing[@]}" >/dev/null
+  elif ! "${install[@]}" "${missing[@]}" >/dev/null 2>&1; then
+    for package in "${missing[@]}"; do "${install[@]}" "$package" >/dev/null || failed=1; done
     return "$failed"
   fi
-  "${install[@]}" "${missing[@]}" >/dev/null
 }
