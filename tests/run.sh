@@ -22,8 +22,11 @@ for argument in "$@"; do
   esac
 done
 
-# One test more than there are processors: some wait for a screen, a page or a scheduler.
-at_once=$(($(nproc) + 1))
+# Two tests more than there are processors: some wait for a screen, a page or a scheduler.
+at_once=$(($(nproc) + 2))
+# Tests that measure at length what others walk as well
+without=(--label-exclude '^long$')
+if [ "$long" -eq 1 ]; then without=(); fi
 step() { printf '== %s (%s s so far)\n' "$1" "$SECONDS"; }
 
 install_packages packages.txt
@@ -34,7 +37,7 @@ step "release"
 cmake --preset release -DRELUME_BUILD_TESTS=ON -DRELUME_BUILD_SAMPLES=ON -DRELUME_BUILD_BAKE=ON
 end_if_configure_only
 cmake --build build/release --parallel "$(nproc)"
-ctest --preset release --parallel "$at_once" --no-tests=error
+ctest --preset release --parallel "$at_once" "${without[@]}" --no-tests=error
 if [ "$long" -eq 1 ]; then
   step "benchmarks"
   cmake --build build/release --parallel "$(nproc)" --target relume_benchmarks
@@ -50,12 +53,8 @@ fi
 # The long runs are of the release build; the sanitizers see the default suite, and without --long not the tests that
 # measure numbers (label `numbers`).
 export RELUME_LONG_TESTS=0
-without=(--label-exclude '^numbers$')
 tests=(relume_tests)
-if [ "$long" -eq 1 ]; then
-  without=()
-  tests+=(relume_numbers)
-fi
+if [ "$long" -eq 1 ]; then tests+=(relume_numbers); else without=(--label-exclude '^numbers$'); fi
 step "threads: TSan"
 cmake --preset tsan -DRELUME_BUILD_TESTS=ON
 cmake --build build/tsan --parallel "$(nproc)" --target "${tests[@]}"
@@ -66,11 +65,10 @@ cmake --preset dev -DRELUME_BUILD_TESTS=ON -DRELUME_BUILD_SAMPLES=OFF
 cmake --build build/dev --parallel "$(nproc)" --target "${tests[@]}"
 ctest --preset dev --parallel "$at_once" "${without[@]}" --no-tests=error
 
-# The targets that import or bake levels need the whole baker built once more: they are of the long run.
-step "fuzzing"
+# The targets that import or bake levels need the whole baker built once more: they are of the long run; ten seconds of the
+# others were tests above.
 if [ "$long" -eq 1 ]; then
+  step "fuzzing"
   tests/fuzz.sh --minutes 1
-else
-  tests/fuzz.sh --seconds 10 bake_file runtime voxels
 fi
 step "done"

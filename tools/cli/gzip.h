@@ -10,7 +10,7 @@
 
 namespace relume {
 
-// At the highest level; no name and no time in it, so that the same bytes give the same file with the same zlib.
+// No name and no time in it, so that the same bytes give the same file with the same zlib.
 // memory: there is not enough.
 Result<std::vector<std::byte>> gzip(std::span<const std::byte> bytes);
 
