@@ -132,7 +132,17 @@ void add(std::uint64_t& to, std::uint64_t units) {
 
 float rsmUnit(float largestFlux) {
   if (!(largestFlux > 0.0f)) return 1.0f;
-  return std::ldexp(1.0f, std::max(std::ilogb(largestFlux) - 31, kFinestUnit));
+  return std::ldexp(1.0f, std::max(std::ilogb(largestFlux) - 30, kFinestUnit));
+}
+
+float largestFlux(std::span<const RsmImage> images) {
+  float largest = 0.0f;
+  for (const RsmImage& image : images) {
+    for (const RsmTexel& t : image.texel) {
+      if (t.area > 0.0f) largest = std::max({largest, t.flux.x, t.flux.y, t.flux.z});
+    }
+  }
+  return largest;
 }
 
 Status checkEmissionScale(const glm::vec3& emissionScale) {
@@ -177,12 +187,7 @@ Status RsmVoxels::light(VoxelVolume& volume, std::span<const RsmImage> images, c
     targetsMs_ = watch.lap();
 
     // 1. Flux of the texels, by side
-    float largest = 0.0f;
-    for (const RsmImage& image : images) {
-      for (const RsmTexel& t : image.texel)
-        if (t.area > 0.0f) largest = std::max({largest, t.flux.x, t.flux.y, t.flux.z});
-    }
-    unit_ = rsmUnit(largest);
+    unit_ = rsmUnit(largestFlux(images));
     sums_.assign(3 * std::size_t{sides}, 0);
     const Landing landing(volume);
     const float perWatt = 1.0f / unit_;

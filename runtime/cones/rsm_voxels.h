@@ -27,10 +27,12 @@ namespace relume {
 // for 128 voxels): with fewer, voxels between texels stay dark.
 inline constexpr std::uint32_t kRsmVoxelsSide = 512;
 
-// The unit in which flux is counted [W]: a power of two, so that the brightest texel has 2^31 to 2^32 of it in its
-// brightest channel. Texels lose less than one unit each, and light a 2^32nd as bright is lost. Sums have 64 bits,
-// which 2^32 texels fill: they cannot overflow. largestFlux [W]: of a texel's channel, >= 0 and finite.
+// The unit in which flux is counted [W]: a power of two, so that the brightest texel has 2^30 to 2^31 of it in its
+// brightest channel. Texels lose less than one unit each, and light a 2^31st as bright is lost. Sums have 64 bits,
+// which 2^33 texels fill: they cannot overflow. largestFlux [W]: of a texel's channel, >= 0 and finite.
 float rsmUnit(float largestFlux);
+// [W] Of a texel's channel, over all maps.
+float largestFlux(std::span<const RsmImage> images);
 
 // Where the flux of a volume's sides goes. A voxel that a surface passes through the edge of has hardly any of its
 // area, and few texels or none: such a side is one with a neighbour's that faces the same way, and both have the flux

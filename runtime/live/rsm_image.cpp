@@ -18,7 +18,6 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kMaxSide = 4096;
-constexpr float kMaxFlux = 1e30f;  // [W] sums of it over a map stay finite
 
 Error mapError(std::size_t map, const std::string& what) {
   return {ErrorCode::usage, "reflective shadow map " + std::to_string(map) + ": " + what};
@@ -26,11 +25,11 @@ Error mapError(std::size_t map, const std::string& what) {
 
 // What is wrong with a texel, or null.
 const char* faultOf(const RsmTexel& texel) {
-  if (!(texel.area >= 0.0f && texel.area <= kMaxFlux)) return "its area is negative or not finite";
+  if (!(texel.area >= 0.0f && texel.area <= kMaxRsmFlux)) return "its area is negative or not finite";
   if (texel.area == 0.0f) return nullptr;
   if (!isWithin(texel.positionWorld, kMaxCoordinate)) return "its position is not within 1e9 m";
   if (!(std::abs(glm::dot(texel.normal, texel.normal) - 1.0f) < 0.02f)) return "its normal is not of length 1";
-  if (!isWithin(texel.flux, kMaxFlux) || texel.flux.x < 0.0f || texel.flux.y < 0.0f || texel.flux.z < 0.0f)
+  if (!isWithin(texel.flux, kMaxRsmFlux) || texel.flux.x < 0.0f || texel.flux.y < 0.0f || texel.flux.z < 0.0f)
     return "its flux has a channel that is negative or not finite";
   return nullptr;
 }
@@ -76,14 +75,17 @@ void drawFrom(const RsmImage& image, std::uint64_t count, std::uint32_t set, std
 
 }  // namespace
 
+Status checkRsmSize(std::size_t map, std::uint32_t side, std::uint32_t faces) {
+  if (side < 1 || side > kMaxSide)
+    return mapError(map, std::to_string(side) + " texels along its side, expected 1 to " + std::to_string(kMaxSide));
+  if (faces != 1 && faces != 6) return mapError(map, std::to_string(faces) + " faces, expected 1 or the 6 of a cube");
+  return done();
+}
+
 Status checkRsm(std::span<const RsmImage> images) {
   for (std::size_t i = 0; i < images.size(); ++i) {
     const RsmImage& image = images[i];
-    if (image.side < 1 || image.side > kMaxSide)
-      return mapError(i,
-                      std::to_string(image.side) + " texels along its side, expected 1 to " + std::to_string(kMaxSide));
-    if (image.faces != 1 && image.faces != 6)
-      return mapError(i, std::to_string(image.faces) + " faces, expected 1 or the 6 of a cube");
+    if (Status ok = checkRsmSize(i, image.side, image.faces); !ok) return ok;
     const std::size_t expected = std::size_t{image.faces} * image.side * image.side;
     if (image.texel.size() != expected)
       return mapError(i, std::to_string(image.texel.size()) + " texels, expected faces times the square of its side, " +

@@ -7,6 +7,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -37,6 +38,10 @@ struct RsmSample {
   glm::vec3 place{0.0f};          // P_k in its cell [0..1)
 };
 
+inline constexpr float kMaxRsmFlux = 1e30f;  // [W] of a channel, and [m²]: sums over a map stay finite
+
+// usage: side or faces out of range; the message names the map.
+Status checkRsmSize(std::size_t map, std::uint32_t side, std::uint32_t faces);
 // usage: a span of another size than side and faces say, side or faces out of range, a texel with a number that is not
 // finite or out of its range; the message names map and texel.
 Status checkRsm(std::span<const RsmImage> images);

@@ -2,6 +2,7 @@
 // See cone_levels_gl.h.
 #include "runtime/live_gl/cone_levels_gl.h"
 
+#include "runtime/cones/rsm_voxels.h"
 #include "runtime/gl/plan_objects.h"
 #include "runtime/gl/program.h"
 #include "runtime/shared/chunks.h"
@@ -20,6 +21,7 @@ Error tooLarge(const std::string& what) { return {ErrorCode::unsupported, "cones
 constexpr std::uint32_t kNoSource = 0xFFFFFFFFu;
 constexpr std::uint32_t kSideTexels = 4;  // of a voxel
 constexpr std::uint32_t kCells = 1024;    // of a chunk
+constexpr std::size_t kSumBytes = 24;     // of a side: three channels of two words
 
 // Of so many texels.
 std::uint32_t rowsOfTexels(std::size_t texels) {
@@ -36,6 +38,8 @@ ConeLevels::ConeLevels(const Functions& gl, RadianceMips::Directions directions)
       cells_(gl),
       sources_(gl),
       listBuffer_(gl),
+      rsmVoxels_(gl),
+      rsmSums_(gl),
       radiance_(gl, kFloats, RELUME_LIVE_SIDES_A_ROW),
       sides_(gl, kFloats, RELUME_LIVE_SIDES_A_ROW),
       timer_(gl) {}
@@ -46,8 +50,11 @@ std::vector<std::pair<std::string, std::string>> ConeLevels::defines() const {
 
 Status ConeLevels::compile() {
   const auto list = defines();
-  const std::pair<Program*, const char*> programs[] = {
-      {&injectProgram_, "cone_inject.comp"}, {&firstProgram_, "cone_first.comp"}, {&levelProgram_, "cone_level.comp"}};
+  const std::pair<Program*, const char*> programs[] = {{&injectProgram_, "cone_inject.comp"},
+                                                       {&rsmProgram_, "cone_rsm.comp"},
+                                                       {&rsmLightProgram_, "cone_rsm_light.comp"},
+                                                       {&firstProgram_, "cone_first.comp"},
+                                                       {&levelProgram_, "cone_level.comp"}};
   for (const auto& [program, path] : programs) {
     Result<Program> made = makeComputeProgram(gl_, path, list);
     if (!made) return made.error();
@@ -56,11 +63,12 @@ Status ConeLevels::compile() {
   return done();
 }
 
-Status ConeLevels::checkSize(const VoxelVolume& volume) const {
+Status ConeLevels::checkSize(const VoxelVolume& volume, bool hasMaps) const {
   const GpuDevice device = deviceOf(gl_, gpu::GroupThreads::parallel);
   const std::size_t voxels = volume.standing().occupied + volume.moving().occupied;
   if (rowsOfTexels(2 * kSideTexels * voxels) >= device.imageSide || device.imageSide < RELUME_LIVE_SIDES_A_ROW ||
-      4 * sizeof(Source) * voxels > device.storageBytes)
+      4 * sizeof(Source) * voxels > device.storageBytes ||
+      (hasMaps && std::max(sizeof(RelumeRsmVoxel) * voxels, kSumBytes * volume.sideCount()) > device.storageBytes))
     return tooLarge(std::to_string(voxels) + " voxels are more than this OpenGL's buffers hold");
   const glm::uvec3 first(2 * volume.grid().cells);
   // All further levels along z are no longer than the first.
@@ -209,6 +217,56 @@ void ConeLevels::inject(const LiveCachesGl& caches) {
   runThreads(gl_, injectProgram_, static_cast<std::uint32_t>(source_.size()));
 }
 
+// As RsmVoxels finds them.
+void ConeLevels::writeRsmVoxels(const VoxelVolume& volume) {
+  const RsmTargets targets = findRsmTargets(volume);
+  std::vector<RelumeRsmVoxel> voxels(source_.size());
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    const std::uint32_t from = source_[i].voxel;
+    RelumeRsmVoxel& to = voxels[i];
+    to = {0, kRelumeNone, kRelumeNone, source_[i].front, glm::vec4(0.0f), glm::vec4(0.0f)};
+    if (from == kNoSource) continue;
+    const auto& axis = volume.radiance()[from].axis;
+    to.axis = packAxis({axis[0], axis[1], axis[2]});
+    to.front = targets.side[2 * std::size_t{from}];
+    to.back = targets.side[2 * std::size_t{from} + 1];
+    to.frontLight = glm::vec4(volume.side(2 * from).emission, targets.perFlux[2 * std::size_t{from}]);
+    to.backLight = glm::vec4(volume.side(2 * from + 1).emission, targets.perFlux[2 * std::size_t{from} + 1]);
+  }
+  rsmVoxels_.reserve(sizeof(RelumeRsmVoxel) * voxels.size());
+  rsmVoxels_.write(0, bytesOf(voxels));
+  rsmSums_.reserve(kSumBytes * volume.sideCount());
+}
+
+// The passes of RsmVoxels::light().
+void ConeLevels::inject(const RsmMaps& maps) {
+  const float unit = rsmUnit(maps.largestFlux);
+  rsmSums_.clear();
+  rsmVoxels_.bind(RELUME_CONE_SLOT_RSM_VOXELS);
+  rsmSums_.bind(RELUME_CONE_SLOT_RSM_SUMS);
+  cells_.bind(RELUME_LIVE_UNIT_CELLS);
+  setUniform(gl_, rsmProgram_, "relumeLiveOrigin", grid_.originWorld);
+  setUniform(gl_, rsmProgram_, "relumeLiveSize", glm::uvec3(grid_.cells));
+  setUniform(gl_, rsmProgram_, "relumeRsmPerMetre", 1.0f / grid_.voxel);
+  setUniform(gl_, rsmProgram_, "relumeRsmPerWatt", 1.0f / unit);
+  setUniform(gl_, rsmProgram_, "relumeRsmLargest", maps.largestFlux);
+  for (const RsmMaps::Map& map : maps.map) {
+    for (const auto& [texture, at] : {std::pair{map.places, RELUME_CONE_UNIT_RSM_PLACES},
+                                      {map.normals, RELUME_CONE_UNIT_RSM_NORMALS},
+                                      {map.flux, RELUME_CONE_UNIT_RSM_FLUX}}) {
+      gl_.ActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(at));
+      gl_.BindTexture(GL_TEXTURE_2D, texture);
+    }
+    setUniform(gl_, rsmProgram_, "relumeRsmSide", map.width);
+    runThreads(gl_, rsmProgram_, map.width * map.height);
+  }
+  waitForShaders(gl_);
+  radiance_.bindImage(0, GL_WRITE_ONLY);
+  setUniform(gl_, rsmLightProgram_, "relumeRsmUnit", unit);
+  setUniform(gl_, rsmLightProgram_, "relumeRsmEmissionScale", maps.emissionScale);
+  runThreads(gl_, rsmLightProgram_, static_cast<std::uint32_t>(source_.size()));
+}
+
 void ConeLevels::bindVoxels(const Program& program) const {
   cells_.bind(RELUME_LIVE_UNIT_CELLS);
   radiance_.bind(RELUME_CONE_UNIT_RADIANCE);
@@ -257,17 +315,17 @@ void ConeLevels::runLevels() {
   }
 }
 
-Status ConeLevels::fill(const VoxelVolume& volume, const LiveCachesGl* caches) {
+Status ConeLevels::fill(const VoxelVolume& volume, const LiveCachesGl* caches, const RsmMaps* maps) {
   if (caches != nullptr && !caches->isOf(volume))
     return Error{ErrorCode::usage,
                  "cones: the caches' last frame was of another volume, or of this one before it changed"};
-  if (Status ok = checkSize(volume); !ok) return ok;
+  if (Status ok = checkSize(volume, maps != nullptr); !ok) return ok;
   Stopwatch watch;
   while (gl_.GetError() != GL_NO_ERROR) {
   }
   if (!follows_ || volume.standingVersion() != standingVersion_ || volume.movingVersion() != movingVersion_) {
     const bool isSame = follows_ && grid_.cells == volume.grid().cells;
-    follows_ = false;
+    follows_ = rsmFollows_ = false;
     grid_ = volume.grid();
     if (!isSame) makeLevels();
     findVoxels(volume);
@@ -275,20 +333,22 @@ Status ConeLevels::fill(const VoxelVolume& volume, const LiveCachesGl* caches) {
     writeVoxels();
     standingVersion_ = volume.standingVersion();
     movingVersion_ = volume.movingVersion();
+    sideCount_ = volume.sideCount();
   }
   follows_ = false;
-  if (caches == nullptr) {
-    writeRadiance(volume);
-    voxelsMs_ = watch.lap();
-    timer_.mark(0);
-  } else {
-    voxelsMs_ = watch.lap();
-    timer_.mark(0);
-    inject(*caches);
+  if (maps != nullptr && !rsmFollows_) {
+    writeRsmVoxels(volume);
+    rsmFollows_ = true;
   }
+  if (caches == nullptr && maps == nullptr) writeRadiance(volume);
+  voxelsMs_ = watch.lap();
+  timer_.mark(0);
+  if (caches != nullptr) inject(*caches);
+  if (maps != nullptr) inject(*maps);
   waitForShaders(gl_);
-  runLevels();
   timer_.mark(1);
+  runLevels();
+  timer_.mark(2);
   timer_.endFrame();
   if (gl_.GetError() == GL_OUT_OF_MEMORY)
     return tooLarge("this OpenGL has not enough memory for the levels of " + std::to_string(source_.size()) +
@@ -319,7 +379,23 @@ std::vector<glm::vec4> ConeLevels::texels(std::uint32_t level) const {
   return found;
 }
 
-std::vector<PassTime> ConeLevels::passTimes() { return {{"voxels", voxelsMs_}, {"levels", timer_.passMs()[0]}}; }
+std::vector<glm::vec3> ConeLevels::sideRadiance() const {
+  std::vector<glm::vec4> texels(std::size_t{radiance_.rows()} * RELUME_LIVE_SIDES_A_ROW);
+  std::vector<glm::vec3> found(sideCount_, glm::vec3(0.0f));
+  if (texels.empty()) return found;
+  radiance_.bind(RELUME_CONE_UNIT_RADIANCE);
+  gl_.GetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, texels.data());
+  for (std::size_t i = 0; i < source_.size(); ++i) {
+    if (source_[i].voxel == kNoSource) continue;
+    for (std::size_t side = 0; side < 2; ++side) found[2 * std::size_t{source_[i].voxel} + side] = texels[2 * i + side];
+  }
+  return found;
+}
+
+std::vector<PassTime> ConeLevels::passTimes() {
+  const auto& ms = timer_.passMs();
+  return {{"voxels", voxelsMs_}, {"inject", ms[0]}, {"levels", ms[1]}};
+}
 
 std::size_t ConeLevels::levelBytes() const {
   if (sizes_.empty()) return 0;

@@ -21,11 +21,23 @@
 #include <glm/vec4.hpp>
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace relume::gl {
+
+// Reflective shadow maps as passes read them (RsmTextures in cones_gl.h), checked.
+struct RsmMaps {
+  struct Map {
+    GLuint places, normals, flux;
+    std::uint32_t width, height;
+  };
+  std::span<const Map> map;
+  float largestFlux = 0.0f;       // [W]
+  glm::vec3 emissionScale{0.0f};  // factor
+};
 
 class ConeLevels {
  public:
@@ -33,10 +45,11 @@ class ConeLevels {
 
   // State must be saved, here and below. failed: a shader's log.
   Status compile();
-  // Take over the volume and its radiance, as its reflect() left it or as the caches' last frame did, and fill the
-  // levels. usage: the caches have not followed this volume; unsupported: more than this OpenGL holds, after which
-  // there is nothing until a volume fits. Throws std::bad_alloc.
-  Status fill(const VoxelVolume& volume, const LiveCachesGl* caches);
+  // Take over the volume and its radiance, as its reflect() left it, as the caches' last frame did, or by reflective
+  // shadow maps, and fill the levels. One of `caches` and `maps` or neither. usage: the caches have not followed this
+  // volume; unsupported: more than this OpenGL holds, after which there is nothing until a volume fits. Throws
+  // std::bad_alloc.
+  Status fill(const VoxelVolume& volume, const LiveCachesGl* caches, const RsmMaps* maps);
   bool isFilled() const { return follows_; }
   // Textures, buffer and uniforms of a program with lib/cone_trace.glsl.
   void bind(const Program& program) const;
@@ -46,21 +59,26 @@ class ConeLevels {
   std::uint32_t levels() const { return static_cast<std::uint32_t>(sizes_.size()); }
   // As RadianceMips::texels(), read back. [1..levels()]
   std::vector<glm::vec4> texels(std::uint32_t level) const;
-  // "voxels" on the CPU, "levels".
+  // Radiance of the volume's sides as cones read it, black where none does. [Size of its sides] Read back.
+  std::vector<glm::vec3> sideRadiance() const;
+  // "voxels" on the CPU, "inject", "levels".
   std::vector<PassTime> passTimes();
   std::size_t voxelBytes() const {
-    return cells_.bytes() + sides_.bytes() + radiance_.bytes() + sources_.bytes() + listBuffer_.bytes();
+    return cells_.bytes() + sides_.bytes() + radiance_.bytes() + sources_.bytes() + listBuffer_.bytes() +
+           rsmVoxels_.bytes() + rsmSums_.bytes();
   }
   std::size_t levelBytes() const;
 
  private:
-  Status checkSize(const VoxelVolume& volume) const;
+  Status checkSize(const VoxelVolume& volume, bool hasMaps) const;
   void makeLevels();
   void findVoxels(const VoxelVolume& volume);
   void listVoxels();
   void writeVoxels();
   void writeRadiance(const VoxelVolume& volume);
+  void writeRsmVoxels(const VoxelVolume& volume);
   void inject(const LiveCachesGl& caches);
+  void inject(const RsmMaps& maps);
   void runLevels();
   void bindVoxels(const Program& program) const;
   void bindLevels() const;
@@ -69,12 +87,13 @@ class ConeLevels {
 
   const Functions& gl_;
   RadianceMips::Directions directions_;
-  Program injectProgram_, firstProgram_, levelProgram_;
+  Program injectProgram_, rsmProgram_, rsmLightProgram_, firstProgram_, levelProgram_;
   VolumeGrid grid_;
   std::vector<glm::uvec3> sizes_;       // [Size levels()]
   std::vector<std::uint32_t> offsets_;  // along z, of each
   Texture first_, further_;
-  bool follows_ = false;
+  bool follows_ = false, rsmFollows_ = false;
+  std::uint32_t sideCount_ = 0;
   std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
   // Of each occupied voxel the place of its sides among the volume's, kNoSource = it was dropped; and its front's share
   // of the area.
@@ -89,9 +108,9 @@ class ConeLevels {
   // where each level's begin. [Size levels() + 1]
   std::vector<std::uint32_t> occupied_, firstOccupied_, listed_, firstListed_;
   CellTexture cells_;
-  GrowingBuffer sources_, listBuffer_;
+  GrowingBuffer sources_, listBuffer_, rsmVoxels_, rsmSums_;
   GrowingRows radiance_, sides_;
-  FrameTimer<1> timer_;
+  FrameTimer<2> timer_;
   double voxelsMs_ = 0.0;
 };
 

@@ -65,12 +65,20 @@ struct ConesGl::State {
     PixelImage normals, mirrored, glossy, edges;
   };
 
+  // A reflective shadow map of the CPU's: places and areas, normals, flux.
+  struct MapImages {
+    glm::ivec2 size{0};
+    std::array<gl::Texture, 3> texture;
+  };
+
   State(const gl::Functions& functions, const ConesGlOptions& wanted)
       : gl_(functions), options(wanted.pixels), hemisphere(wanted.hemisphere), levels(gl_, wanted.directions) {}
 
   Status compile();
   Status resize(std::uint32_t width, std::uint32_t height);
   Status checkTexture(GLuint name, const char* what, const glm::ivec2& size, bool isSigned) const;
+  Status checkMaps(std::span<const RsmTextures> maps, float largestFlux) const;
+  Status uploadMaps(std::span<const RsmImage> maps);
   void upload(const PixelReceivers& pixels, std::span<const glm::vec4> mirrored);
   void run(const gl::Program& program) const {
     gl::runThreads(gl_, program, static_cast<std::uint32_t>(images.size.x * images.size.y));
@@ -95,6 +103,7 @@ struct ConesGl::State {
   gl::Program surfacesProgram, hemisphereProgram, lobeProgram, edgesProgram, gatherProgram, blurProgram, keepProgram;
   gl::GrowingBuffer directions{gl_};
   PixelImages images;
+  std::vector<MapImages> maps;
   bool hasBefore = false;  // a frame of this size, to keep light of
   bool hasGlossy = false;
   bool wasRowsUp = false;
@@ -175,6 +184,64 @@ Status ConesGl::State::checkTexture(GLuint name, const char* what, const glm::iv
     return wrong("has " + std::to_string(found.x) + " x " + std::to_string(found.y) + " texels, expected " +
                  std::to_string(size.x) + " x " + std::to_string(size.y));
   if (type != GL_FLOAT && !(isSigned && type == GL_SIGNED_NORMALIZED)) return wrong("is not of floats");
+  return done();
+}
+
+Status ConesGl::State::checkMaps(std::span<const RsmTextures> wanted, float largestFlux) const {
+  if (!(largestFlux >= 0.0f && largestFlux <= kMaxRsmFlux))
+    return conesError(ErrorCode::usage, "largestFlux is outside of 0 to 1e30");
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const RsmTextures& map = wanted[i];
+    const std::string name = "reflective shadow map " + std::to_string(i);
+    if (Status ok = checkRsmSize(i, map.side, map.faces); !ok) return ok;
+    const glm::ivec2 size(static_cast<int>(map.side), static_cast<int>(map.faces * map.side));
+    if (Status ok = checkTexture(map.places, (name + ", places").c_str(), size, false); !ok) return ok;
+    if (Status ok = checkTexture(map.normals, (name + ", normals").c_str(), size, true); !ok) return ok;
+    if (Status ok = checkTexture(map.flux, (name + ", flux").c_str(), size, false); !ok) return ok;
+  }
+  return done();
+}
+
+// The CPU's maps as textures. [checkRsm() holds]
+Status ConesGl::State::uploadMaps(std::span<const RsmImage> from) {
+  const auto most = gl::deviceOf(gl_, gpu::GroupThreads::parallel).imageSide;
+  std::vector<glm::vec4> texels;
+  if (maps.size() < from.size()) maps.resize(from.size());
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const RsmImage& image = from[i];
+    if (image.faces * image.side > most)
+      return conesError(ErrorCode::unsupported,
+                        "reflective shadow map " + std::to_string(i) + " has " + std::to_string(image.faces) +
+                            " faces of " + std::to_string(image.side) +
+                            " texels along a side, this OpenGL's textures " + std::to_string(most) + " in all");
+    const glm::ivec2 size(static_cast<int>(image.side), static_cast<int>(image.faces * image.side));
+    MapImages& to = maps[i];
+    if (to.size != size) {
+      while (gl_.GetError() != GL_NO_ERROR) {
+      }
+      MapImages made;
+      for (gl::Texture& texture : made.texture) {
+        texture = gl::makeTexture(gl_, GL_TEXTURE_2D);
+        gl_.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32F, size.x, size.y);
+      }
+      if (gl_.GetError() == GL_OUT_OF_MEMORY)
+        return conesError(ErrorCode::unsupported, "this OpenGL has not enough memory for reflective shadow map " +
+                                                      std::to_string(i) + " of " + std::to_string(image.side) +
+                                                      " texels along a side");
+      made.size = size;
+      to = std::move(made);
+    }
+    const auto write = [&](const gl::Texture& texture, const auto& texelAt) {
+      texels.clear();
+      texels.reserve(image.texel.size());
+      for (const RsmTexel& texel : image.texel) texels.push_back(texel.area > 0.0f ? texelAt(texel) : glm::vec4(0.0f));
+      bindTexture(RELUME_CONE_UNIT_RSM_PLACES, texture.get());
+      gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, size.x, size.y, GL_RGBA, GL_FLOAT, texels.data());
+    };
+    write(to.texture[0], [](const RsmTexel& texel) { return glm::vec4(texel.positionWorld, texel.area); });
+    write(to.texture[1], [](const RsmTexel& texel) { return glm::vec4(texel.normal, 0.0f); });
+    write(to.texture[2], [](const RsmTexel& texel) { return glm::vec4(texel.flux, 0.0f); });
+  }
   return done();
 }
 
@@ -331,7 +398,7 @@ ConesGl::~ConesGl() = default;
 Status ConesGl::fill(const VoxelVolume& volume) {
   try {
     const gl::SavedState saved(state_->gl_, RELUME_CONE_UNITS);
-    return state_->levels.fill(volume, nullptr);
+    return state_->levels.fill(volume, nullptr, nullptr);
   } catch (const std::bad_alloc&) {
     return noRoom();
   }
@@ -340,7 +407,7 @@ Status ConesGl::fill(const VoxelVolume& volume) {
 Status ConesGl::fill(const VoxelVolume& volume, const LiveCachesGl& caches) {
   try {
     const gl::SavedState saved(state_->gl_, RELUME_CONE_UNITS);
-    return state_->levels.fill(volume, &caches);
+    return state_->levels.fill(volume, &caches, nullptr);
   } catch (const std::bad_alloc&) {
     return noRoom();
   }
@@ -354,6 +421,43 @@ Status checkFrame(const gl::ConeLevels& levels, const LiveSky& sky) {
 }
 
 }  // namespace
+
+Status ConesGl::fill(const VoxelVolume& volume, std::span<const RsmTextures> maps, float largestFlux,
+                     const glm::vec3& emissionScale) {
+  State& s = *state_;
+  if (Status ok = checkEmissionScale(emissionScale); !ok) return ok;
+  try {
+    const gl::SavedState saved(s.gl_, RELUME_CONE_UNITS);
+    if (Status ok = s.checkMaps(maps, largestFlux); !ok) return ok;
+    std::vector<gl::RsmMaps::Map> checked;
+    for (const RsmTextures& map : maps)
+      checked.push_back({map.places, map.normals, map.flux, map.side, map.faces * map.side});
+    const gl::RsmMaps all{checked, largestFlux, emissionScale};
+    return s.levels.fill(volume, nullptr, &all);
+  } catch (const std::bad_alloc&) {
+    return noRoom();
+  }
+}
+
+Status ConesGl::fill(const VoxelVolume& volume, std::span<const RsmImage> maps, const glm::vec3& emissionScale) {
+  State& s = *state_;
+  if (Status ok = checkEmissionScale(emissionScale); !ok) return ok;
+  if (Status ok = checkRsm(maps); !ok) return ok;
+  try {
+    const gl::SavedState saved(s.gl_, RELUME_CONE_UNITS);
+    if (Status ok = s.uploadMaps(maps); !ok) return ok;
+    std::vector<gl::RsmMaps::Map> uploaded;
+    for (std::size_t i = 0; i < maps.size(); ++i) {
+      const auto& texture = s.maps[i].texture;
+      uploaded.push_back(
+          {texture[0].get(), texture[1].get(), texture[2].get(), maps[i].side, maps[i].faces * maps[i].side});
+    }
+    const gl::RsmMaps all{uploaded, largestFlux(maps), emissionScale};
+    return s.levels.fill(volume, nullptr, &all);
+  } catch (const std::bad_alloc&) {
+    return noRoom();
+  }
+}
 
 Status ConesGl::trace(const PixelReceivers& pixels, const LiveSky& sky, std::span<const glm::vec4> mirrored) {
   State& s = *state_;
@@ -432,6 +536,11 @@ std::vector<std::uint8_t> ConesGl::edges() const {
   return state_->read<std::uint8_t>(state_->images.edges, GL_RED_INTEGER, GL_UNSIGNED_BYTE);
 }
 
+std::vector<glm::vec3> ConesGl::sideRadiance() const {
+  const gl::SavedState saved(state_->gl_, RELUME_CONE_UNITS);
+  return state_->levels.sideRadiance();
+}
+
 std::uint32_t ConesGl::levels() const { return state_->levels.levels(); }
 std::vector<glm::vec4> ConesGl::texels(std::uint32_t level) const {
   const gl::SavedState saved(state_->gl_, RELUME_CONE_UNITS);
@@ -450,9 +559,13 @@ std::vector<std::pair<std::string, std::size_t>> ConesGl::bufferSizes() const {
   const State& s = *state_;
   const auto pixels = static_cast<std::size_t>(s.images.size.x) * static_cast<std::size_t>(s.images.size.y);
   constexpr std::size_t kPixelBytes = 10 * 16 + 2 * 4 + 1;  // of PixelImages
+  std::size_t texels = 0;
+  for (const State::MapImages& map : s.maps)
+    texels += static_cast<std::size_t>(map.size.x) * static_cast<std::size_t>(map.size.y);
   return {{"cone voxels", s.levels.voxelBytes()},
           {"cone levels", s.levels.levelBytes() + s.directions.bytes()},
-          {"cone pixels", kPixelBytes * pixels}};
+          {"cone pixels", kPixelBytes * pixels},
+          {"cone maps", 3 * sizeof(glm::vec4) * texels}};
 }
 
 }  // namespace relume

@@ -2,18 +2,21 @@
 // Light that pixels find by cones through a lit voxel volume, in OpenGL 4.3: the passes of RadianceMips, PixelCones and
 // ConeTracer (runtime/cones), each of which a test compares with its twin there.
 //
-//   fill()   a frame: the voxels' radiance, from the CPU or from the caches' passes (live_caches_gl.h), and all levels
+//   fill()   a frame: the voxels' radiance, from the CPU, from the caches' passes (live_caches_gl.h) or from reflective
+//            shadow maps (runtime/cones/rsm_voxels.h), and all levels
 //   trace()  a frame: the hemisphere over each pixel of a picture, one cone a pixel or all, and what pixels mirror
 //
-// Objects are made by create(), by the first fill() of a volume of another size and the first trace() of a picture of
-// another size, and by no other frame but where moving parts come to have more voxels than there is room for. Bindings
-// that a call uses are put back (runtime/gl/saved_state.h). What is refused leaves the light of the last frame. The
-// context that was current in create() is current in every other call, and when it dies.
+// Objects are made by create(), by the first fill() of a volume of another size or with the CPU's maps of other sizes
+// and the first trace() of a picture of another size, and by no other frame but where moving parts come to have more
+// voxels than there is room for. Bindings that a call uses are put back (runtime/gl/saved_state.h). What is refused
+// leaves the light of the last frame. The context that was current in create() is current in every other call, and when
+// it dies.
 #pragma once
 
 #include "relume/relighter.h"
 #include "relume/result.h"
 #include "runtime/cones/pixel_cones.h"
+#include "runtime/cones/rsm_voxels.h"
 #include "runtime/live_gl/live_caches_gl.h"
 
 #include <glm/mat4x4.hpp>
@@ -46,6 +49,17 @@ struct PixelTextures {
   glm::mat4 clipFromWorld{1.0f};          // y upward
 };
 
+// The reflective shadow map of a light, in textures of the host's: GL_TEXTURE_2D of `side` times `faces` times `side`
+// texels, face above face. Which way faces look does not matter here. Texels with numbers that are out of range or not
+// finite reflect nothing.
+struct RsmTextures {
+  std::uint32_t side = kRsmVoxelsSide;  // [1..4096]
+  std::uint32_t faces = 1;              // 1, or 6 of a light that shines all around
+  std::uint32_t places = 0;             // of floats: position [m]; area of what the texel sees [m²], 0 = nothing
+  std::uint32_t normals = 0;            // of floats or signed: unit, on the side that is lit
+  std::uint32_t flux = 0;               // of floats [W]: reflected, albedo times the light that arrives
+};
+
 class ConesGl {
  public:
   // usage: as PixelCones::create(); getProcAddress is empty; unsupported: no OpenGL 4.3; failed: a shader's log.
@@ -58,6 +72,13 @@ class ConesGl {
   // usage: of another volume; unsupported: more voxels than OpenGL's buffers and textures hold; memory.
   [[nodiscard]] Status fill(const VoxelVolume& volume);
   [[nodiscard]] Status fill(const VoxelVolume& volume, const LiveCachesGl& caches);
+  // The volume lit by maps of the lights that are on, and by its emission: as RsmVoxels::light(), to the bit.
+  // largestFlux: of a texel's channel; what is above is cut there [W] [0..1e30]. emissionScale: factor [0..1e9]. usage:
+  // either out of its range, a map that is none of this kind; unsupported and memory: as above.
+  [[nodiscard]] Status fill(const VoxelVolume& volume, std::span<const RsmTextures> maps, float largestFlux,
+                            const glm::vec3& emissionScale);
+  // Of the CPU's maps, their brightest texel the largest flux. usage: checkRsm().
+  [[nodiscard]] Status fill(const VoxelVolume& volume, std::span<const RsmImage> maps, const glm::vec3& emissionScale);
 
   // A frame. usage: fill() has not been called; a sky or pixels that are refused (checkLiveSky(), checkPixels()), a
   // texture that is none of this kind; unsupported: a picture larger than OpenGL's textures; memory. Pixels of another
@@ -78,6 +99,9 @@ class ConesGl {
   std::vector<glm::vec3> glossy() const;
   std::vector<float> frames() const;
   std::vector<std::uint8_t> edges() const;
+  // Of the volume's sides as cones read them, read back; black where none does. [W/m²/sr] [Size
+  // VoxelVolume::sideCount()]
+  std::vector<glm::vec3> sideRadiance() const;
   // Levels above the voxels, and as RadianceMips::texels(), read back. [1..levels()]
   std::uint32_t levels() const;
   std::vector<glm::vec4> texels(std::uint32_t level) const;

@@ -184,15 +184,20 @@
 #define RELUME_CONE_SLOT_DIRECTIONS 0  // the hemisphere's cones: direction, tangent; then the texels of the sky's map
 #define RELUME_CONE_SLOT_LIST 0        // levels: the voxels of each that are not empty, or were not; 10 bits an axis
 #define RELUME_CONE_SLOT_SOURCES 0     // inject: the voxel of the caches' radiance that each one has; ~0 = none
+#define RELUME_CONE_SLOT_RSM_VOXELS 0  // of maps: RelumeRsmVoxel[]
+#define RELUME_CONE_SLOT_RSM_SUMS 1    // of maps: six words a side: three channels' low words, then their high ones
 #define RELUME_CONE_UNIT_RADIANCE 14   // two texels a voxel: front, axis as RELUME_LIVE_SLOT_VOXELS; back, depth
 #define RELUME_CONE_UNIT_SIDES 15      // four texels a voxel: front's position [voxels], its normal; the back's
 #define RELUME_CONE_UNIT_SOURCE 15     // inject: radiance of the caches' sides
-#define RELUME_CONE_UNIT_FIRST 8       // level 1
-#define RELUME_CONE_UNIT_LEVELS 9      // all further levels, one behind the other along z
-#define RELUME_CONE_UNIT_PLACES 10     // of pixels: position [m], depth [m]; 0 = nothing is seen
-#define RELUME_CONE_UNIT_PLANES 11     // the plane's normal
-#define RELUME_CONE_UNIT_NORMALS 13    // to shade with; of lobes the mirrored direction, exponent
-#define RELUME_CONE_UNIT_LIGHT 8       // between pixels, here and below
+#define RELUME_CONE_UNIT_RSM_PLACES 8  // of maps: position [m], area [m²]; 0 = nothing is seen
+#define RELUME_CONE_UNIT_RSM_NORMALS 9
+#define RELUME_CONE_UNIT_RSM_FLUX 10  // [W]
+#define RELUME_CONE_UNIT_FIRST 8      // level 1
+#define RELUME_CONE_UNIT_LEVELS 9     // all further levels, one behind the other along z
+#define RELUME_CONE_UNIT_PLACES 10    // of pixels: position [m], depth [m]; 0 = nothing is seen
+#define RELUME_CONE_UNIT_PLANES 11    // the plane's normal
+#define RELUME_CONE_UNIT_NORMALS 13   // to shade with; of lobes the mirrored direction, exponent
+#define RELUME_CONE_UNIT_LIGHT 8      // between pixels, here and below
 #define RELUME_CONE_UNIT_EDGES 9
 #define RELUME_CONE_UNIT_OLD_LIGHT 12  // of the frame before, here and below
 #define RELUME_CONE_UNIT_OLD_PLACES 13
@@ -249,6 +254,15 @@ struct RelumePlace {
   int exponent;   // of the factors
   int mirrored;   // 1 = it is
   int unused, unused2, unused3;
+};
+
+// std430. A voxel that reflective shadow maps light (runtime/cones/rsm_voxels.h). Of its front and its back the side
+// that has the flux, kRelumeNone = no cone reads it; emission [W/m²/sr]; w: [1/(m² sr)] radiance by flux.
+struct RelumeRsmVoxel {
+  uint axis;  // as RELUME_LIVE_SLOT_VOXELS
+  uint front, back;
+  float frontShare;  // of the area of both
+  vec4 frontLight, backLight;
 };
 
 // By what a run of emitter entries is driven.
@@ -375,6 +389,7 @@ static_assert(sizeof(RelumeSurfels) == 32);
 static_assert(sizeof(RelumeEmitter) == 32 && offsetof(RelumeEmitter, tap) == 16);
 static_assert(sizeof(RelumeLight) == 48 && offsetof(RelumeLight, direction) == 16 &&
               offsetof(RelumeLight, intensity) == 32);
+static_assert(sizeof(RelumeRsmVoxel) == 48 && offsetof(RelumeRsmVoxel, frontLight) == 16);
 static_assert(sizeof(RelumePlace) == 80 && offsetof(RelumePlace, high) == 48);
 static_assert(sizeof(RelumeResolve) == 96 && offsetof(RelumeResolve, gridTextureResolution) == 80 &&
               offsetof(RelumeResolve, gridDepthWords) == 48 && offsetof(RelumeResolve, gridSpacing) == 16 &&

@@ -142,7 +142,7 @@ TEST(RsmVoxels, emptyMapsAndPlacesOutsideLightNothing) {
   EXPECT_EQ(lit(volume, {beyond.image()}).arrived(), 0.0f);
 }
 
-// 2^31 units a texel at least: a few of them overflow 32 bits, and 64 bits hold the most that maps can have.
+// 2^30 units a texel at least: a few of them overflow 32 bits, and 64 bits hold the most that maps can have.
 TEST(RsmVoxels, sumsDoNotOverflow) {
   VoxelVolume volume = roomWithFloor(8);
   LitPlate plate(512, glm::vec3(1.0f));
@@ -154,10 +154,10 @@ TEST(RsmVoxels, sumsDoNotOverflow) {
   const auto most = std::max_element(maps.sums().begin(), maps.sums().end());
   const std::size_t at = static_cast<std::size_t>(most - maps.sums().begin()) / 3 * 3;
   const std::uint64_t count = 3ull * 512 * 512;
-  EXPECT_EQ(maps.unit(), 0x1p-31f);
-  EXPECT_EQ(maps.sums()[at], count * static_cast<std::uint64_t>(1.9999f * 0x1p31f));
-  EXPECT_EQ(maps.sums()[at + 1], count << 31);
-  EXPECT_EQ(maps.sums()[at + 2], count * 2) << "texels a 2^31st as bright have a unit or two";
+  EXPECT_EQ(maps.unit(), 0x1p-30f);
+  EXPECT_EQ(maps.sums()[at], count * static_cast<std::uint64_t>(1.9999f * 0x1p30f));
+  EXPECT_EQ(maps.sums()[at + 1], count << 30);
+  EXPECT_EQ(maps.sums()[at + 2], count) << "texels a 2^31st as bright have a unit";
 
   for (RsmTexel& t : plate.texel) t.flux = glm::vec3(1e30f);
   lit(volume, {plate.image()});
@@ -166,8 +166,8 @@ TEST(RsmVoxels, sumsDoNotOverflow) {
   lit(volume, {plate.image()});
   for (std::uint32_t s = 0; s < volume.sideCount(); ++s) EXPECT_LE(radianceOf(volume, s).x, 1e-20f);
   EXPECT_EQ(rsmUnit(0.0f), 1.0f);
-  EXPECT_EQ(rsmUnit(1.0f), 0x1p-31f);
-  EXPECT_EQ(rsmUnit(std::nextafter(1.0f, 0.0f)), 0x1p-32f);
+  EXPECT_EQ(rsmUnit(1.0f), 0x1p-30f);
+  EXPECT_EQ(rsmUnit(std::nextafter(1.0f, 0.0f)), 0x1p-31f);
 }
 
 TEST(RsmVoxels, threadsChangeNothing) {
