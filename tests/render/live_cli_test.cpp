@@ -171,6 +171,17 @@ TEST_F(RenderCommand, followsConesThroughALevel) {
   const double live = meanOf("glossy"), open = meanOf("occlusion");
   EXPECT_GT(open, 0.3);
   EXPECT_LT(open, 1.0);
+  // Reflective shadow maps light the same voxels once.
+  ASSERT_EQ(draw({"--aov", "glossy,occlusion", "--exponent", "64", "--bounces", "1"}).status, 0);
+  const double once = meanOf("glossy");
+  const std::vector<std::string> byMaps{"--live-transport", "rsm",        "--rsm-frames", "1",     "--aov",
+                                        "glossy,voxels",    "--exponent", "64",           "--json"};
+  const ProgramResult maps = draw(byMaps);
+  ASSERT_EQ(maps.status, 0) << maps.err;
+  EXPECT_NE(maps.out.find("\"inject\""), std::string::npos) << maps.out;
+  EXPECT_GT(meanOf("voxels"), 0.0);
+  EXPECT_NEAR(meanOf("glossy"), once, 0.1 * once);
+  ASSERT_EQ(draw({"--live-transport", "rsm", "--rsm-frames", "1", "--gloss", "--aov", "full,direct"}).status, 0);
   ASSERT_EQ(draw({"--aov", "glossy,occlusion", "--exponent", "64", "--occlusion-falloff", "100"}).status, 0);
   EXPECT_GT(meanOf("occlusion"), open);
   const ProgramResult dark = draw({"--aov", "occlusion,depth", "--json"});

@@ -88,8 +88,6 @@ Status checkLive(const RenderArguments& arguments, RenderRequest& request) {
   if (!arguments.live) return done();
   auto rsm = readRsm(arguments.rsm, arguments.bake.empty() ? request.bands : Bands{}, request.bounces);
   if (!rsm) return rsm.error();
-  if (*rsm && (request.gloss || request.exponent))
-    return usage("--live-transport rsm has no glossy light: leave out --gloss and --exponent");
   if (*rsm && arguments.backend != "cpu") return usage("--live-transport rsm runs on the CPU: --backend cpu");
   if (*rsm && !arguments.bake.empty()) return usage("--live-transport rsm lights without a bake: leave out --bake");
   request.live = arguments.liveRequest;

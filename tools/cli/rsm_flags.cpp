@@ -16,10 +16,13 @@ void addRsmFlags(CLI::App& command, CLI::Option* live, RsmFlags& flags) {
       ->check(CLI::IsMember({"voxels", "rsm"}))
       ->needs(live)
       ->capture_default_str();
-  command.add_option("--rsm-size", r.side, "texels along a side of a reflective shadow map, with --live-transport rsm")
+  command
+      .add_option(
+          "--rsm-size", r.side,
+          "texels along a side of a reflective shadow map, with --live-transport rsm; left out, 256, or 512 where "
+          "the maps light voxels as well: with --gloss, --aov glossy or voxels, in light that is reflected once")
       ->check(CLI::Range(16, 2048))
-      ->needs(live)
-      ->capture_default_str();
+      ->needs(live);
   command.add_option("--rsm-samples", r.options.samples, "samples of all maps for a cell in each frame")
       ->check(CLI::Range(1, 4096))
       ->needs(live)

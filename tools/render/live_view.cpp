@@ -6,6 +6,7 @@
 #include "bake/base/parallel.h"
 #include "bake/rays/seen_surface.h"
 #include "formats/octahedron.h"
+#include "runtime/cones/rsm_voxels.h"
 #include "runtime/cones/surfel_voxels.h"
 #include "tools/render/context_threads.h"
 #include "tools/render/converge_live.h"
@@ -23,9 +24,10 @@
 namespace relume {
 namespace {
 
-constexpr int kBouncesOfMaps = 12;        // where they are not counted
-constexpr double kDepthPixels = 1e6;      // at least, of the picture whose depths tell which cells are seen
-constexpr std::uint32_t kSkySamples = 4;  // along a texel's side
+constexpr int kBouncesOfMaps = 12;         // where they are not counted
+constexpr std::uint32_t kCellsSide = 256;  // [texel] of a map that lights cells alone
+constexpr double kDepthPixels = 1e6;       // at least, of the picture whose depths tell which cells are seen
+constexpr std::uint32_t kSkySamples = 4;   // along a texel's side
 
 // One receiver a pixel, as a frame of a game reads: their time is a pass of its own.
 void resolvePixels(const RayTracer& tracer, const RenderRequest& request, RsmLight& light, Context& context) {
@@ -46,13 +48,17 @@ void resolvePixels(const RayTracer& tracer, const RenderRequest& request, RsmLig
   light.resolve(position, normal, light3);
 }
 
+glm::vec3 emissionScaleOf(const RenderRequest& request) { return glm::vec3(request.drawsEmission() ? 1.0f : 0.0f); }
+
 // By reflective shadow maps: frames of other samples, averaged.
 Result<LiveView> lightByMaps(const RayTracer& tracer, const RenderRequest& request, VoxelView voxels,
                              Context& context) {
   const RsmRequest& rsm = *request.live->rsm;
   if (request.drawsEmission() || !request.sky.isDark())
-    context.message(Severity::warning,
-                    "light by reflective shadow maps is of punctual lights: emitting surfaces and the sky send none");
+    context.message(
+        Severity::warning,
+        "light by reflective shadow maps is of punctual lights: emitting surfaces and the sky send none, but "
+        "to what is mirrored");
   RsmOptions options = rsm.options;
   options.bounces = request.bounces > 0 ? request.bounces : kBouncesOfMaps;
   auto light = RsmLight::create(options);
@@ -61,7 +67,9 @@ Result<LiveView> lightByMaps(const RayTracer& tracer, const RenderRequest& reque
   view.rsm.emplace(std::move(*light));
 
   std::vector<RsmMap> maps;
-  for (const SceneLight& l : request.lights) maps.push_back(renderRsm(tracer, l, rsm.side, context));
+  const bool lightsVoxels = request.drawsCones() || request.voxels;
+  const std::uint32_t side = rsm.side > 0 ? rsm.side : lightsVoxels ? kRsmVoxelsSide : kCellsSide;
+  for (const SceneLight& l : request.lights) maps.push_back(renderRsm(tracer, l, side, context));
   std::vector<RsmImage> images;
   for (const RsmMap& map : maps) images.push_back(map.image());
   DepthPicture seen;
@@ -85,6 +93,11 @@ Result<LiveView> lightByMaps(const RayTracer& tracer, const RenderRequest& reque
     ++view.frames;
   }
   resolvePixels(tracer, request, *view.rsm, context);
+  if (lightsVoxels && !context.cancelled()) {
+    view.voxels.byMaps.emplace();
+    if (Status ok = view.voxels.byMaps->light(view.voxels.volume, images, emissionScaleOf(request)); !ok)
+      return ok.error();
+  }
   return view;
 }
 
@@ -128,6 +141,9 @@ std::string LiveView::name() const {
 
 std::vector<PassTime> VoxelView::passTimes() const {
   std::vector<PassTime> times = volume.passTimes();
+  if (byMaps) {
+    for (const PassTime& pass : byMaps->passTimes()) times.push_back(pass);
+  }
   if (mips.levels() == 0) return times;
   for (const PassTime& pass : mips.passTimes()) times.push_back(pass);
   return times;
@@ -135,6 +151,7 @@ std::vector<PassTime> VoxelView::passTimes() const {
 
 std::vector<std::pair<std::string, std::size_t>> VoxelView::bufferSizes() const {
   auto sizes = volume.bufferSizes();
+  if (byMaps) sizes.emplace_back("flux of sides", byMaps->sizeBytes());
   if (mips.levels() > 0) sizes.emplace_back("mips", mips.sizeBytes());
   return sizes;
 }
@@ -217,8 +234,6 @@ Status lightDirectly(const RayTracer& tracer, const RenderRequest& request, Voxe
   setup.visibility = rayVisibility(tracer, lights, context);
   return volume.lightDirectly(setup);
 }
-
-glm::vec3 emissionScaleOf(const RenderRequest& request) { return glm::vec3(request.drawsEmission() ? 1.0f : 0.0f); }
 
 }  // namespace
 

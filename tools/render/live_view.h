@@ -7,6 +7,7 @@
 #include "relume/bake/context.h"
 #include "relume/result.h"
 #include "runtime/cones/radiance_mips.h"
+#include "runtime/cones/rsm_voxels.h"
 #include "runtime/live/live_caches.h"
 #include "runtime/live/rsm_light.h"
 #include "runtime/voxels/voxel_volume.h"
@@ -23,7 +24,8 @@ namespace relume {
 // Lit voxels, for cones.
 struct VoxelView {
   VoxelVolume volume;
-  RadianceMips mips{};  // empty until it is updated
+  RadianceMips mips{};                // empty until it is updated
+  std::optional<RsmVoxels> byMaps{};  // where reflective shadow maps light the voxels
   glm::vec3 skyRadiance{0.0f};
   std::vector<glm::vec3> skyMap{};  // octahedral; empty = skyRadiance from everywhere
 

@@ -50,10 +50,10 @@ const std::vector<std::string>& aovNames();
 bool needsBake(Aov aov);
 
 // Light without a bake as CRC prints it (runtime/live/rsm_light.h). The request's bounces take the place of the
-// options'.
+// options'. Cones see voxels that the same maps light (runtime/cones/rsm_voxels.h): light that is reflected once.
 struct RsmRequest {
   RsmOptions options;
-  std::uint32_t side = 256;                // [16..2048] texels along a map's side
+  std::uint32_t side = 0;                  // [16..2048] texels along a map's side; 0 = 256, 512 where voxels are lit
   std::uint32_t frames = 64;               // [1..1024] of other samples, averaged
   float presence = 1.0f, bleeding = 1.0f;  // [0..100]
 };
