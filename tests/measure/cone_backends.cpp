@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: MIT
 // Cones on the CPU (one thread) and in OpenGL, by turns: the least milliseconds of each pass, and how far the two
-// lights are apart. Voxels send out the lights' direct light and emission. Prints the table of backends of
-// docs/notes/cones.md.
+// lights are apart. Voxels send out the lights' direct light and emission; and the same by reflective shadow maps, with
+// how far what lobes find there is from that. Prints the table of backends of docs/notes/cones.md.
 //
-//   bench_cone_backends LEVEL.glb CAMERA LIGHTS [CELLS [WIDTH HEIGHT [FRAMES]]]      (by default 32, 320 180, 4)
+//   bench_cone_backends LEVEL.glb CAMERA LIGHTS [CELLS [WIDTH HEIGHT [FRAMES [MAP]]]]
+// (by default 32, 320 180, 4, maps of 512 texels along a side)
 #include "runtime/live_gl/cones_gl.h"
 #include "tests/measure/g_buffer.h"
 #include "tests/measure/or_exit.h"
 #include "tests/measure/traced_light.h"
 #include "tools/gl_scene/egl_context.h"
 #include "tools/render/live_view.h"
+#include "tools/render/rsm_maps.h"
 
 #include <epoxy/gl.h>
 #include <glm/geometric.hpp>
@@ -53,7 +55,8 @@ double relativeRmse(std::span<const Vector> expected, std::span<const Vector> fo
 
 int main(int argc, char** argv) {
   if (argc < 4)
-    return std::fprintf(stderr, "bench_cone_backends LEVEL.glb CAMERA LIGHTS [CELLS [WIDTH HEIGHT [FRAMES]]]\n"), 2;
+    return std::fprintf(stderr, "bench_cone_backends LEVEL.glb CAMERA LIGHTS [CELLS [WIDTH HEIGHT [FRAMES [MAP]]]]\n"),
+           2;
   const auto number = [&](int at, int otherwise) { return argc > at ? std::atoi(argv[at]) : otherwise; };
   Context context;
   const auto view = test::openView(argv[1], "", argv[2], context);
@@ -84,17 +87,21 @@ int main(int argc, char** argv) {
   ConesGl glAll = orExit(ConesGl::create({all, RadianceMips::Directions::six, true, EglContext::getProcAddress}));
   const ConeTracer tracer(voxels.volume, voxels.mips, voxels.sky());
   Least onCpu, onGpu;
+  take(onCpu, voxels.volume.passTimes());
   std::vector<glm::vec3> glossy(mirrored.size());
+  const auto lobes = [&] {
+    for (std::size_t i = 0; i < mirrored.size(); ++i) {
+      if (mirrored[i].w >= 0.0f)
+        glossy[i] = tracer.glossy(g.position[i], g.plane[i], glm::vec3(mirrored[i]), mirrored[i].w);
+    }
+  };
   for (int f = 0; f < number(7, 4); ++f) {
     orExit(voxels.mips.update(voxels.volume));
     take(onCpu, voxels.mips.passTimes());
     orExit(cpu.update(tracer, g.receivers(), {}));
     take(onCpu, cpu.passTimes());
     const auto begin = std::chrono::steady_clock::now();
-    for (std::size_t i = 0; i < mirrored.size(); ++i) {
-      if (mirrored[i].w >= 0.0f)
-        glossy[i] = tracer.glossy(g.position[i], g.plane[i], glm::vec3(mirrored[i]), mirrored[i].w);
-    }
+    lobes();
     take(onCpu,
          {{"lobes", std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count()}});
     orExit(gl.fill(voxels.volume));
@@ -113,20 +120,59 @@ int main(int argc, char** argv) {
   glFinish();
   take(onGpu, glAll.passTimes(), "25 ");
 
+  const std::vector<glm::vec4> found = gl.light(), foundAll = glAll.light();
+  const std::vector<glm::vec3> foundGlossy = gl.glossy(), direct = glossy;
+
+  // The same voxels lit by reflective shadow maps
+  const auto side = static_cast<std::uint32_t>(number(8, kRsmVoxelsSide));
+  std::vector<RsmMap> maps;
+  for (const SceneLight& l : request.lights) maps.push_back(renderRsm(view->tracer, l, side, context));
+  std::vector<RsmImage> images;
+  for (const RsmMap& map : maps) images.push_back(map.image());
+  RsmVoxels byMaps;
+  onGpu.erase("inject");  // of frames without maps
+  for (int f = 0; f < number(7, 4); ++f) {
+    orExit(byMaps.light(voxels.volume, images, glm::vec3(1.0f)));
+    take(onCpu, {byMaps.passTimes()[1]});
+    if (f == 0) take(onCpu, {byMaps.passTimes()[0]});
+    orExit(gl.fill(voxels.volume, images, glm::vec3(1.0f)));
+    glFinish();
+    take(onGpu, {gl.passTimes()[1]});
+  }
+  const std::vector<glm::vec3> foundSides = gl.sideRadiance();
+  std::uint32_t apart = 0;
+  for (std::uint32_t s = 0; s < voxels.volume.sideCount(); ++s) {
+    const VoxelRadiance& r = voxels.volume.radiance()[s / 2];
+    if (byMaps.targets().perFlux[s] > 0.0f && foundSides[s] != (s % 2 == 0 ? r.front : r.back)) ++apart;
+  }
+  orExit(voxels.mips.update(voxels.volume));
+  lobes();
+  double lightOfMaps = 0.0, lightDirect = 0.0;
+  for (std::size_t i = 0; i < glossy.size(); ++i) {
+    lightOfMaps += static_cast<double>(glossy[i].x + glossy[i].y + glossy[i].z);
+    lightDirect += static_cast<double>(direct[i].x + direct[i].y + direct[i].z);
+  }
+
   std::printf("%s, %u x %u pixels, %u cells, %u voxels; CPU: one thread; OpenGL: %s\n", argv[1], width, height,
               request.live->cells, voxels.volume.stats().occupied,
               reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
   std::printf("| pass | CPU, ms | OpenGL, ms |\n|---|---:|---:|\n");
-  const std::pair<const char*, const char*> passes[] = {
-      {"", "voxels"},   {"mips", "levels"}, {"cones", "cones"},       {"edges", "edges"}, {"gather", "gather"},
-      {"blur", "blur"}, {"keep", "keep"},   {"25 cones", "25 cones"}, {"lobes", "lobes"}};
+  const std::pair<const char*, const char*> passes[] = {{"", "voxels"},           {"direct", "direct light by rays"},
+                                                        {"inject", "inject"},     {"voxel sides", "voxel sides"},
+                                                        {"mips", "levels"},       {"cones", "cones"},
+                                                        {"edges", "edges"},       {"gather", "gather"},
+                                                        {"blur", "blur"},         {"keep", "keep"},
+                                                        {"25 cones", "25 cones"}, {"lobes", "lobes"}};
   for (const auto& [ofCpu, ofGpu] : passes) std::printf("| %s | %.2f | %.2f |\n", ofGpu, onCpu[ofCpu], onGpu[ofGpu]);
   std::printf("voxels, where something moves: %.1f ms\n", anew);
-  const std::vector<glm::vec4> found = gl.light(), foundAll = glAll.light();
-  const std::vector<glm::vec3> foundGlossy = gl.glossy();
   std::printf("relative RMSE: 25 cones %.2e, one cone, filtered and kept %.2e, lobes of exponent %.0f %.2e\n",
               relativeRmse<glm::vec4>(cpuAll.light(), foundAll), relativeRmse<glm::vec4>(cpu.light(), found),
-              static_cast<double>(kExponent), relativeRmse<glm::vec3>(glossy, foundGlossy));
+              static_cast<double>(kExponent), relativeRmse<glm::vec3>(direct, foundGlossy));
+  std::printf(
+      "maps of %u texels along a side, %zu: %.2f %% of their flux in voxels; sides that differ between CPU and OpenGL: "
+      "%u; lobes beside those in voxels lit directly: relative RMSE %.3f, energy %.3f\n",
+      side, maps.size(), 100.0 * static_cast<double>(byMaps.arrived()), apart, relativeRmse<glm::vec3>(direct, glossy),
+      lightOfMaps / lightDirect);
   for (const auto& [name, bytes] : gl.bufferSizes())
     std::printf("%s: %.1f MiB\n", name.c_str(), static_cast<double>(bytes) / (1 << 20));
   return 0;
