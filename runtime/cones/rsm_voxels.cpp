@@ -28,6 +28,7 @@ constexpr std::uint32_t kNoVoxel = 0xFFFFFFFFu;
 constexpr float kLittle = 0.5f;        // [voxel faces] a side with less area looks for a neighbour
 constexpr float kLeastArea = 0.0625f;  // [voxel faces] that flux is spread over at least
 constexpr float kSameWay = 0.7f;       // cosine between sides that face the same way
+constexpr double kMostPerFlux = 1e30;  // [1/(m² sr)] of voxels next to no metre wide: no light stays none
 constexpr int kFinestUnit = -100;      // exponent: single precision has units and their inverse
 
 Error noMemory() {
@@ -167,7 +168,7 @@ RsmTargets findRsmTargets(const VoxelVolume& volume) {
   for (std::uint32_t s = 0; s < sides; ++s) {
     if (!isRead(s)) continue;
     const double spread = std::max(area[targets.side[s]], static_cast<double>(kLeastArea * face));
-    targets.perFlux[s] = static_cast<float>(std::numbers::inv_pi / spread);
+    targets.perFlux[s] = static_cast<float>(std::min(std::numbers::inv_pi / spread, kMostPerFlux));
   }
   return targets;
 }

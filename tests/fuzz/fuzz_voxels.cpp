@@ -2,6 +2,7 @@
 // libFuzzer: any bytes as a level that is voxelised, moved, edited and lit live, on the CPU. Nothing may crash; what is
 // refused changes nothing; and every number that comes out is finite and not negative.
 #include "runtime/cones/cone_light.h"
+#include "runtime/cones/rsm_voxels.h"
 #include "runtime/live/live_caches.h"
 #include "runtime/live/rsm_light.h"
 #include "runtime/voxels/voxel_volume.h"
@@ -111,6 +112,12 @@ void lightByMap(const VoxelVolume& volume, Reader& in) {
   CHECK(!isUpdated || static_cast<bool>(checkRsm(frame.images)));
   for (const float number : light->field().numbers) CHECK(std::isfinite(number));
   CHECK(isLight(light->irradiance(in.vector(), in.vector())));
+
+  VoxelVolume lit = volume;
+  RsmVoxels maps;
+  if (!maps.light(lit, frame.images, glm::abs(in.vector()))) return;
+  for (const VoxelRadiance& radiance : lit.radiance()) CHECK(isLight(radiance.front) && isLight(radiance.back));
+  CHECK(maps.arrived() >= 0.0f && maps.arrived() <= 1.0f);
 }
 
 // Cones of any numbers through it.

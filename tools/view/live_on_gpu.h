@@ -32,6 +32,7 @@ class LiveOnGpu {
   bool isSettled() const { return pace_.isSettled(); }
 
   const LiveCachesGl& caches() const { return caches_; }
+  const VoxelVolume& volume() const { return *volume_; }  // [hasVoxels()]
   // Of the last frame that the GPU has finished.
   std::vector<PassTime> passTimes() const { return caches_.passTimes(); }
 

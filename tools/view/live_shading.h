@@ -35,6 +35,9 @@ class LiveShading {
 
   // Bind what a program of makeLiveProgram() reads.
   void bind(GLuint program) const;
+  const GetProcAddress& getProcAddress() const { return getProcAddress_; }
+  // What OpenGL lights; null where the CPU does, or there are no voxels yet.
+  const LiveOnGpu* onGpu() const { return shown_ && shown_->hasVoxels() ? &*shown_ : nullptr; }
   // The last frame's numbers, without texels; number 0 = none yet.
   const LitFrame& last() const { return last_; }
   // What it cost, and what was done once; and what is held.

@@ -91,6 +91,9 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   app.add_option("--roughness", o.roughness, "how wide they mirror it, 0..1; the caches' bands carry 0.6 and up")
       ->check(numberFrom(0.0, 1.0))
       ->capture_default_str();
+  app.add_flag("--cones", o.cones,
+               "without a bake: find what surfaces mirror by cones through the voxels, sharper than caches have it; "
+               "OpenGL then lights the level, as with --view occlusion, which shows how open surroundings are");
   app.add_option("--view", o.view, "what to shade with at the start")
       ->check(CLI::IsMember(std::vector<std::string>(kViewNames.begin(), kViewNames.end())))
       ->capture_default_str();
@@ -139,6 +142,14 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   }
   if (o.bake.empty() && (!bands.empty() || o.records || !o.overlays.empty() || o.view == "texels" || o.view == "grid"))
     o.draft = true;
+  if (o.cones || o.view == "occlusion") {
+    const std::string which = o.cones ? "--cones" : "--view occlusion";
+    if (!o.bake.empty() || o.draft) return Error{ErrorCode::usage, which + " is of a level without --bake and --draft"};
+    if (liveBackend == "cpu")
+      return Error{ErrorCode::usage, which + " needs OpenGL to light the level: leave out --live-backend cpu"};
+    o.choosesLiveBackend = false;
+    o.live.backend = BackendKind::gl;
+  }
   Context context;
   auto driven = readEmissions(emissions, context);
   if (!driven) return driven.error();

@@ -6,6 +6,7 @@
 #include "tools/gl_scene/gl_program.h"
 #include "tools/gl_scene/level_shader.h"
 #include "tools/view/display.h"
+#include "tools/view/view_cones.h"
 #include "tools/view/view_records.h"
 
 #include <glm/gtc/type_ptr.hpp>
@@ -16,7 +17,7 @@
 namespace relume {
 namespace {
 
-// After constants viewMode, viewGloss, viewMirrors, viewRecords.
+// After constants viewMode, viewGloss, viewMirrors, viewRecords, viewCones.
 const char* kMain = R"(
 layout(location = 23) uniform vec2 viewShare;  // 1 where it is shown: direct light, light over links
 layout(location = 24) uniform vec3 viewEye;
@@ -30,8 +31,8 @@ void main() {
   const float invPi = 0.31830988618;
   // Each once: compilers put in a copy for each call.
   vec3 direct = vec3(0.0), links = vec3(0.0), color = vec3(0.0);
-  if (viewMode < 2 || viewMode == 8) direct = invPi * levelDirect(p, n);
-  if (viewMode == 0 || viewMode == 2 || viewMode > 6) {
+  if (viewMode < 2 || viewMode == 9) direct = invPi * levelDirect(p, n);
+  if (viewMode == 0 || viewMode == 2 || viewMode == 7 || viewMode == 9) {
     vec3 byRecords;
     links = invPi * (viewRecords && recordIrradiance(p, n, byRecords) ? byRecords : levelLinks(p, n));
   }
@@ -50,7 +51,7 @@ void main() {
     if (viewMode == 0 || viewMode == 3) highlights = levelHighlights(p, r, exponent, toEye);
   }
   if (viewMode == 3 || (viewMode == 0 && (viewMirrors || viewGloss)))
-    gloss = levelGlossy(p, n, r, viewGloss ? levelCacheExponent(exponent) : exponent);
+    gloss = viewCones ? coneGlossy() : levelGlossy(p, n, r, viewGloss ? levelCacheExponent(exponent) : exponent);
   if (viewMode == 0) {
     color = diffuse * (viewShare.x * direct + viewShare.y * links) + levelEmission();
     color += specular * (viewShare.y * gloss + viewShare.x * highlights);
@@ -70,7 +71,8 @@ void main() {
     color = facing * (onMap ? vec3(mod(texel.x + texel.y, 2.0) < 0.5 ? 0.15 : 0.9) : orange);
     if (viewMode == 7) color = (onMap ? vec3(1.0) : orange) * links;
   }
-  if (viewMode == 8) {
+  if (viewMode == 8) color = vec3(coneOpen());
+  if (viewMode == 9) {
     outColor = vec4(viewShare.x * direct + viewShare.y * links, 1.0);
     return;
   }
@@ -81,20 +83,23 @@ void main() {
 std::string fragmentOf(const ShadingKind& kind) {
   return "const int viewMode = " + std::to_string(static_cast<int>(kind.mode)) + ";\n" +
          levelConstant("viewGloss", kind.gloss) + levelConstant("viewMirrors", kind.mirrors) +
-         levelConstant("viewRecords", kind.records) + displayGlsl() + ViewRecords::glsl() + kMain;
+         levelConstant("viewRecords", kind.records) + levelConstant("viewCones", kind.cones) + displayGlsl() +
+         ViewRecords::glsl() + ViewCones::glsl() + kMain;
 }
 
 }  // namespace
 
-ShadingKind shadingKind(const ViewState& state, bool hasRecords) {
+ShadingKind shadingKind(const ViewState& state, bool hasRecords, bool hasCones) {
   ShadingKind kind;
-  kind.mode = state.mode;
-  const bool isMirrored = state.mode == ViewMode::full || state.mode == ViewMode::glossy;
+  kind.mode = state.mode == ViewMode::occlusion && !hasCones ? ViewMode::full : state.mode;
+  const bool isMirrored = kind.mode == ViewMode::full || kind.mode == ViewMode::glossy;
   kind.gloss = isMirrored && state.gloss;
   kind.mirrors = isMirrored && !state.gloss && state.reflectance > 0.0f;
-  const bool isLinked = state.mode == ViewMode::full || state.mode == ViewMode::links || state.mode == ViewMode::grid ||
-                        state.mode == ViewMode::irradiance;
+  const bool isLinked = kind.mode == ViewMode::full || kind.mode == ViewMode::links || kind.mode == ViewMode::grid ||
+                        kind.mode == ViewMode::irradiance;
   kind.records = isLinked && hasRecords && state.records;
+  const bool mirrors = kind.gloss || kind.mirrors || kind.mode == ViewMode::glossy;
+  kind.cones = hasCones && (kind.mode == ViewMode::occlusion || (state.cones && mirrors));
   return kind;
 }
 

@@ -19,9 +19,11 @@ struct ShadingKind {
   bool gloss = false;    // surfaces mirror as their materials say
   bool mirrors = false;  // they do by ViewState::reflectance and roughness
   bool records = false;  // light over links may come from records
+  bool cones = false;    // cones have found what is mirrored, or how open surroundings are
   auto operator<=>(const ShadingKind&) const = default;
 };
-ShadingKind shadingKind(const ViewState& state, bool hasRecords);
+// hasCones: light is OpenGL's, by voxels. Where it is not, all light is shown in place of occlusion.
+ShadingKind shadingKind(const ViewState& state, bool hasRecords, bool hasCones);
 
 class Shading {
  public:

@@ -117,6 +117,7 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
   state.records = options.records;
   state.exposure = options.exposure;
   state.gloss = options.sceneOptions.gloss;
+  state.cones = options.cones;
   state.reflectance = options.reflectance;
   state.roughness = options.roughness;
   state.mode =

@@ -72,11 +72,14 @@ enum class ViewMode : int {
   normal,
   texels,
   grid,
+  occlusion,
   irradiance
 };  // the last for reading back
-inline constexpr const char* kViewModeNames[] = {"all light",          "direct light",     "light over links",
-                                                 "glossy light",       "albedo",           "normals",
-                                                 "light map's texels", "light of the grid"};
+inline constexpr const char* kViewModeNames[] = {"all light", "direct light", "light over links",   "glossy light",
+                                                 "albedo",    "normals",      "light map's texels", "light of the grid",
+                                                 "occlusion"};
+// Of these, how many a level can show whose light OpenGL does not find by voxels: all but the last.
+inline constexpr int kViewModesWithoutCones = static_cast<int>(ViewMode::occlusion);
 
 enum class Overlay : std::size_t { surfels, clusters, caches, links, lightmap };  // as kOverlayNames
 inline constexpr const char* kOverlayTexts[] = {"surfels", "hierarchy", "caches", "links of a point", "light map"};
@@ -99,6 +102,7 @@ struct ViewState {
   bool records = false;  // light over links is gathered for the view, where it stands still for long enough
   ViewMode mode = ViewMode::full;
   bool gloss = false;        // surfaces mirror as their materials say, and not as the next two do
+  bool cones = false;        // without a bake, where OpenGL lights: cones find what surfaces mirror
   float reflectance = 0.0f;  // [0..1] of all surfaces: share of light that they mirror in lobes
   float roughness = 0.6f;    // [0..1] that sets the lobes' exponent
   float exposure = 0.0f;     // [stops]

@@ -82,7 +82,7 @@ Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSiz
   Viewer viewer(loaded, std::move(*level), std::move(*shadows));
   viewer.options_ = std::move(options);
   viewer.depthProgram_ = std::move(*depth);
-  viewer.shownKind_ = shadingKind(state, false);
+  viewer.shownKind_ = shadingKind(state, false, false);
   if (live) {
     if (auto program = viewer.shading_.program(viewer.shownKind_, nullptr); !program) return program.error();
     viewer.live_.emplace(std::move(*live));
@@ -169,6 +169,23 @@ Status Viewer::relight(const ViewState& state, const std::vector<Light>& lights,
   return done();
 }
 
+// What cones find for the view.
+Status Viewer::followCones(const ViewState& state, const std::vector<glm::mat4>& moved, const glm::mat4& clip,
+                           std::uint32_t width, std::uint32_t height) {
+  const bool occlusion = state.mode == ViewMode::occlusion;
+  if (!cones_ || cones_->isOfOcclusion() != occlusion) {
+    cones_.reset();
+    auto made = ViewCones::create(occlusion, live_->getProcAddress());
+    if (!made) return made.error();
+    cones_ = std::move(*made);
+  }
+  const auto drawn = [&](bool gloss) {
+    level_.draw(clip, gloss);
+    level_.drawDynamic(clip, moved, gloss);
+  };
+  return cones_->update(state, *live_->onGpu(), {width, height, clip, live_->last().number, drawn});
+}
+
 // What the level's materials are drawn to emit.
 void Viewer::setEmissions(const ViewState& state) {
   for (std::uint32_t m = 0; m < loaded_->materials.size(); ++m) {
@@ -210,6 +227,16 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
     if (lit) lit = splatted;
   }
 
+  const glm::mat4 clip = clipFromWorld(state.camera, static_cast<float>(width) / static_cast<float>(height));
+  const double splat = nowMs();
+  bool hasCones = live_ && live_->onGpu() != nullptr && shadingKind(state, false, true).cones;
+  if (hasCones) {
+    const Status followed = followCones(state, moved, clip, width, height);
+    hasCones = static_cast<bool>(followed);
+    if (lit) lit = followed;
+    glFinish();
+  }
+
   // The level and what is laid over it
   const double relit = nowMs();
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
@@ -224,13 +251,12 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   glClearColor(shown(sky.r), shown(sky.g), shown(sky.b), 1.0f);
   glClearDepth(1.0);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  const glm::mat4 clip = clipFromWorld(state.camera, static_cast<float>(width) / static_cast<float>(height));
   if (backdrop_) {
     glDisable(GL_DEPTH_TEST);
     backdrop_->draw(clip, state.sky.rotationDeg, state.exposure, encode);
     glEnable(GL_DEPTH_TEST);
   }
-  if (Status ok = drawLevel(state, lights, moved, clip, encode); !ok) return ok;
+  if (Status ok = drawLevel(state, lights, moved, clip, encode, hasCones); !ok) return ok;
   // Until a point is picked, the links are those of the middle of the view.
   std::optional<glm::vec3> picked = state.picked;
   if (state.shows(Overlay::links) && !picked) picked = surfaceAt(state, 0.5f * glm::vec2(width, height), width, height);
@@ -242,7 +268,8 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   } else {
     for (const PassTime& pass : relighter().passTimes()) times_.emplace_back(pass.pass, pass.ms);
   }
-  if (isByRecords) times_.emplace_back(kRecordsPass, relit - linked);
+  if (isByRecords) times_.emplace_back(kRecordsPass, splat - linked);
+  if (hasCones) times_.emplace_back("cones", relit - splat);
   times_.emplace_back("draw", nowMs() - relit);
   return lit;
 }
@@ -267,7 +294,7 @@ Result<std::vector<glm::vec3>> Viewer::irradiance(const ViewState& state, std::u
   ViewState plain = state;
   plain.mode = ViewMode::irradiance;
   const Status drawn =
-      drawLevel(plain, activeLights(state), movesOf(state), clipFromWorld(state.camera, aspect), false);
+      drawLevel(plain, activeLights(state), movesOf(state), clipFromWorld(state.camera, aspect), false, false);
   std::vector<glm::vec4> rows(std::size_t{width} * height);
   glReadPixels(0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGBA, GL_FLOAT, rows.data());
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
@@ -297,8 +324,8 @@ void Viewer::drawDepths(const std::vector<glm::mat4>& moved, const glm::mat4& cl
 }
 
 Status Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
-                         const glm::mat4& clip, bool encode) {
-  const ShadingKind kind = shadingKind(state, records_ != nullptr);
+                         const glm::mat4& clip, bool encode, bool hasCones) {
+  const ShadingKind kind = shadingKind(state, records_ != nullptr, hasCones);
   const Result<GLuint> program = shading_.program(kind, live_ ? nullptr : &*gl_);
   if (!program) return program.error();
   if (state.mode != ViewMode::irradiance) shownKind_ = kind;
@@ -315,6 +342,7 @@ Status Viewer::drawLevel(const ViewState& state, const std::vector<Light>& light
     gl_->gl()->bind();
   }
   shadows_.bind();
+  if (kind.cones) cones_->bind();
   if (kind.records) ViewRecords::bind(records_.get());
   level_.draw(clip, state.gloss);
   if (kind.records) ViewRecords::bind(nullptr);  // which show the level without what moves
@@ -338,7 +366,13 @@ std::optional<glm::vec3> Viewer::surfaceAt(const ViewState& state, const glm::ve
 }
 
 std::vector<std::pair<std::string, std::size_t>> Viewer::memory() const {
-  if (live_) return live_->bufferSizes();
+  if (live_) {
+    auto held = live_->bufferSizes();
+    if (cones_) {
+      for (auto& [name, bytes] : cones_->bufferSizes()) held.emplace_back("OpenGL: " + name, bytes);
+    }
+    return held;
+  }
   auto held = relighter().bufferSizes();
   if (cpu_) {
     std::size_t drawn = 0;

@@ -17,6 +17,7 @@
 #include "tools/view/loaded_level.h"
 #include "tools/view/overlays.h"
 #include "tools/view/shading.h"
+#include "tools/view/view_cones.h"
 #include "tools/view/view_records.h"
 #include "tools/view/view_state.h"
 
@@ -82,10 +83,13 @@ class Viewer {
       : loaded_(&level), bake_(&level.bake), level_(std::move(drawn)), shadows_(std::move(shadows)) {}
   Status build(const RelightChoice& choice, const Relighter* previous);
   Status relight(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved);
+  Status followCones(const ViewState& state, const std::vector<glm::mat4>& moved, const glm::mat4& clip,
+                     std::uint32_t width, std::uint32_t height);
   void setEmissions(const ViewState& state);
   void drawDepths(const std::vector<glm::mat4>& moved, const glm::mat4& clip) const;
+  // hasCones: they have been followed for this view.
   Status drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
-                   const glm::mat4& clip, bool encode);
+                   const glm::mat4& clip, bool encode, bool hasCones);
 
   const LoadedLevel* loaded_;
   const Bake* bake_;
@@ -103,6 +107,7 @@ class Viewer {
   std::optional<Overlays> overlays_;
   std::optional<Backdrop> backdrop_;
   std::unique_ptr<ViewRecords> records_;
+  std::unique_ptr<ViewCones> cones_;      // of the last view that showed what they find
   std::vector<glm::vec3> skyPatches_;     // of the map, as it was turned when it was last drawn
   std::optional<float> patchesRotation_;  // [deg]
   std::vector<std::pair<std::string, double>> times_;
