@@ -118,6 +118,33 @@ TEST_F(SmallWindowPanel, partsOfTheLightBandsAndBackendsAreSwitched) {
   EXPECT_LT(differenceBetween(restingPixels(), gl), 2e-3);
 }
 
+// Of a level without a bake that OpenGL lights.
+TEST_F(SmallWindowPanel, conesMirrorAndShowHowOpenPlacesAre) {
+  constexpr int kLiveRelight = 6, kMirrorByCones = 16, kOcclusion = 8;
+  if (!show({kWindowLevel, "--camera", "cam_living", "--lights", "lamp", "--live-cells", "12", "--live-rays", "32",
+             "--live-backend", "gl", "--view", "glossy", "--roughness", "0.3"}))
+    GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
+  // Light of the caches settles, and so does what cones turn about.
+  const auto settled = [&] {
+    auto last = screenshot(), now = screenshot();
+    for (int i = 0; i < 100 && differenceBetween(last, now) > 5e-4; ++i) last = std::exchange(now, screenshot());
+    return now;
+  };
+  clickControl(rowAt(kLiveRelight));
+  const auto byCaches = settled();
+  clickControl(rowAt(kMirrorByCones, 25));
+  const auto byCones = settled();
+  EXPECT_GT(meanOf(byCones), 0.01);
+  EXPECT_GT(differenceBetween(byCones, byCaches), 3e-3);
+  clickControl(rowAt(kMirrorByCones, 25));
+  EXPECT_LT(differenceBetween(settled(), byCaches), 0.3 * differenceBetween(byCones, byCaches));
+  choose(kShow, kOcclusion);
+  const auto open = settled();
+  EXPECT_GT(meanOf(open), 0.1);
+  EXPECT_GT(differenceBetween(open, byCaches), 0.01);
+  EXPECT_TRUE(screen_.isRunning(viewer_));
+}
+
 TEST_F(WindowPanel, linksOfAnotherKindAreBaked) {
   if (!showBake("2048", "links")) GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
   clickControl(rowAt(kRelight));

@@ -166,7 +166,7 @@ void viewControls(const Scene& scene, const Bake& bake, bool hasBake, ViewState&
   int mode = static_cast<int>(state.mode);
   const bool hasCones = !hasBake && state.live.backend == BackendKind::gl;
   const int modes = hasCones ? static_cast<int>(std::size(kViewModeNames)) : kViewModesWithoutCones;
-  if (ImGui::Combo("show", &mode, kViewModeNames, modes)) state.mode = static_cast<ViewMode>(mode);
+  if (ImGui::Combo("show", &mode, kViewModeNames, modes, modes)) state.mode = static_cast<ViewMode>(mode);
   ImGui::SliderFloat("exposure", &state.exposure, -8.0f, 8.0f, "%.1f stops");
   if (hasBake) overlayControls(bake, state);
   if (scene.cameras.empty() || !ImGui::BeginCombo("camera", "fly to ...")) return;
