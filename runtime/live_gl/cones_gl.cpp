@@ -77,8 +77,8 @@ struct ConesGl::State {
   Status compile();
   Status resize(std::uint32_t width, std::uint32_t height);
   Status checkTexture(GLuint name, const char* what, const glm::ivec2& size, bool isSigned) const;
-  Status checkMaps(std::span<const RsmTextures> maps, float largestFlux) const;
-  Status uploadMaps(std::span<const RsmImage> maps);
+  Status checkMaps(std::span<const RsmTextures> wanted, float largestFlux) const;
+  Status uploadMaps(std::span<const RsmImage> from);
   void upload(const PixelReceivers& pixels, std::span<const glm::vec4> mirrored);
   void run(const gl::Program& program) const {
     gl::runThreads(gl_, program, static_cast<std::uint32_t>(images.size.x * images.size.y));
