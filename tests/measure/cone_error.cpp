@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Error of glossy light and of occlusion by cones in a view, against `relume reference`'s path tracer, by exponent of
 // the lobe, with the time of a cone (one thread) and the memory of the mips. With a bake its light is on the voxels,
-// without one live light. Prints the tables of errors of docs/notes/cones.md.
-//   bench_cone_error LEVEL.glb CAMERA LIGHTS [BAKE.relume|-] [PATHS] [CELLS]
+// without one live light. With the word `once` light is reflected once, and voxels lit by reflective shadow maps take
+// the place of those with one direction. Prints the tables of errors of docs/notes/cones.md.
+//   bench_cone_error LEVEL.glb CAMERA LIGHTS [BAKE.relume|-] [PATHS] [CELLS] [once]
 #include "runtime/cones/cone_light.h"
 #include "tests/measure/compare_frame.h"
 #include "tests/measure/open_view.h"
@@ -25,7 +26,7 @@ constexpr float kExponents[] = {4.0f, 16.0f, 64.0f, 650.0f};
 int fail(const std::string& message) { return std::fprintf(stderr, "%s\n", message.c_str()), 1; }
 
 int measure(const test::OpenedView& view, const std::vector<SceneLight>& lights, bool hasBake, std::uint32_t paths,
-            std::uint32_t cells) {
+            std::uint32_t cells, bool once) {
   Context context;
   RenderRequest request;
   request.bake = hasBake ? &view.bake : nullptr;
@@ -36,6 +37,7 @@ int measure(const test::OpenedView& view, const std::vector<SceneLight>& lights,
   options.samplesPerPixel = paths;
   options.width = request.width;
   options.height = request.height;
+  if (once) request.bounces = options.maxBounces = 1;
 
   std::printf(
       "| exponent | voxels | RMSE %% | t1 %% | energy | noise of the reference %% | draw, s | mips, MiB |\n"
@@ -46,7 +48,9 @@ int measure(const test::OpenedView& view, const std::vector<SceneLight>& lights,
     if (!truth) return fail(truth.error().message);
     const ChannelImage reference = toChannels(*truth, glossyOf(*truth));
     for (const auto directions : {RadianceMips::Directions::six, RadianceMips::Directions::one}) {
-      request.live = LiveRequest{cells, 64, directions};
+      const bool isSix = directions == RadianceMips::Directions::six, byMaps = once && !isSix;
+      request.live = LiveRequest{cells, 64, byMaps ? RadianceMips::Directions::six : directions};
+      if (byMaps) request.live->rsm.emplace().frames = 1;
       const auto begin = std::chrono::steady_clock::now();
       const auto frame = renderCpu(view.tracer, request, context);
       if (!frame) return fail(frame.error().message);
@@ -56,11 +60,15 @@ int measure(const test::OpenedView& view, const std::vector<SceneLight>& lights,
       double bytes = 0.0;
       for (const auto& [name, size] : frame->bufferBytes) bytes += name == "mips" ? static_cast<double>(size) : 0.0;
       std::printf("| %g | %s | %.1f | %.1f | %.3f | %.1f | %.1f | %.1f |\n", static_cast<double>(exponent),
-                  directions == RadianceMips::Directions::six ? "six directions" : "one", 100 * d->rmseClean,
-                  100 * d->rmseTrimmed, d->energy, 100 * d->noise, seconds.count(), bytes / 1048576.0);
+                  byMaps  ? "six, lit by maps"
+                  : isSix ? "six directions"
+                          : "one",
+                  100 * d->rmseClean, 100 * d->rmseTrimmed, d->energy, 100 * d->noise, seconds.count(),
+                  bytes / 1048576.0);
       std::fflush(stdout);
     }
   }
+  if (once) return 0;
 
   // Occlusion: the mean of |difference| where something is seen
   request.exponent.reset();
@@ -94,7 +102,7 @@ int run(int argc, char** argv) {
   if (lights.empty()) return fail(std::string(argv[1]) + ": no such lights");
   const int paths = argc > 5 ? std::atoi(argv[5]) : 256, cells = argc > 6 ? std::atoi(argv[6]) : 32;
   return measure(*view, lights, !bake.empty(), static_cast<std::uint32_t>(std::max(1, paths)),
-                 static_cast<std::uint32_t>(cells));
+                 static_cast<std::uint32_t>(cells), argc > 7 && std::string(argv[7]) == "once");
 }
 
 }  // namespace
@@ -102,6 +110,8 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   if (argc < 4)
-    return std::fprintf(stderr, "usage: bench_cone_error LEVEL.glb CAMERA LIGHTS [BAKE.relume|-] [PATHS] [CELLS]\n"), 1;
+    return std::fprintf(stderr,
+                        "usage: bench_cone_error LEVEL.glb CAMERA LIGHTS [BAKE.relume|-] [PATHS] [CELLS] [once]\n"),
+           1;
   return relume::run(argc, argv);
 }
