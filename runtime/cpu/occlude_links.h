@@ -14,8 +14,8 @@
 #include "runtime/cpu/light_caches_job.h"
 #include "runtime/cpu/links_toward_job.h"
 #include "runtime/cpu/placed_parts.h"
-#include "runtime/cpu/sender_points.h"
 #include "runtime/shared/link_set.h"
+#include "runtime/shared/sender_points.h"
 #include "runtime/shared/stored_light.h"
 
 #include <cstdint>

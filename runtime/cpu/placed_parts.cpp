@@ -19,33 +19,6 @@ namespace {
 
 constexpr std::uint32_t kPatches = 64;  // of a task
 
-// The largest factor by which a transform lengthens, or a little more: exact for rotations and uniform scales, else the
-// largest row sum of its Gram matrix bounds the largest eigenvalue.
-float largestScale(const glm::mat3& m) {
-  const glm::mat3 gram = glm::transpose(m) * m;
-  float largest = 0.0f;
-  for (int k = 0; k < 3; ++k)
-    largest = std::max(largest, std::abs(gram[k].x) + std::abs(gram[k].y) + std::abs(gram[k].z));
-  return std::sqrt(largest);
-}
-
-// Where the part stands; false where its transform has no inverse.
-bool placeOne(const MovingShape& shape, const glm::mat4x3& toWorld, PlacedPart& part) {
-  const glm::mat3 linear(toWorld[0], toWorld[1], toWorld[2]);
-  const glm::dmat3 inverse = glm::inverse(glm::dmat3(linear));
-  for (int k = 0; k < 3; ++k) {
-    // NaN as well, which is what zero divided by zero gives.
-    if (!(glm::length(inverse[k]) < 1e12)) return false;
-  }
-  part.shape = &shape;
-  part.toWorld = toWorld;
-  part.toShape = glm::mat3(inverse);
-  part.toGrid = part.toShape / shape.grid.voxel;
-  part.centre = linear * shape.centre + toWorld[3];
-  part.radius = largestScale(linear) * shape.radius;
-  return true;
-}
-
 }  // namespace
 
 PlacedParts::PlacedParts(std::uint32_t most, std::pmr::memory_resource* memory)
@@ -67,7 +40,8 @@ void PlacedParts::place(const LightSetup& setup, const Caches& caches, const Cac
   for (const MovingPart& each : setup.movingParts) {
     PlacedPart part;
     const MovingShape& shape = setup.movingShapes->shape(each.shape);
-    if (!placeOne(shape, each.toWorld, part)) continue;
+    if (!placeShape(shape, each.toWorld, part)) continue;
+    part.shape = &shape;
     part.firstPatch = static_cast<std::uint32_t>(partOf_.size());
     partOf_.insert(partOf_.end(), shape.patch.size(), static_cast<std::uint32_t>(part_.size()));
     part_.push_back(part);

@@ -5,10 +5,9 @@
 #include "relume/caches.h"
 #include "relume/lights.h"
 #include "relume/relighter.h"
-#include "runtime/moving/moving_shape.h"
+#include "runtime/moving/place_shape.h"
 #include "runtime/shared/resolve.h"
 
-#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 
 #include <cstdint>
@@ -30,13 +29,8 @@ struct PatchLight {
   }
 };
 
-struct PlacedPart {
+struct PlacedPart : ShapePlace {
   const MovingShape* shape = nullptr;
-  glm::mat4x3 toWorld{1.0f};
-  glm::mat3 toShape{1.0f};       // of directions
-  glm::mat3 toGrid{1.0f};        // of directions [voxels/m]
-  glm::vec3 centre{0.0f};        // [m] of a sphere around it
-  float radius = 0.0f;           // [m]
   std::uint32_t firstPatch = 0;  // among all patches of the frame
   PatchLight mean;               // of its patches by area
 

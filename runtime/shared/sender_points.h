@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-namespace relume::cpu {
+namespace relume {
 
 class SenderPoints {
  public:
@@ -36,6 +36,12 @@ class SenderPoints {
     const Range& range = first_[node];
     return point_[range.first + static_cast<std::uint32_t>((2 * std::uint64_t{i} + 1) * range.count / (2 * n))];
   }
+  // All of them: first point and how many of each node, and the points.
+  struct Range {
+    std::uint32_t first = 0, count = 0;  // in points()
+  };
+  std::span<const Range> ranges() const { return first_; }
+  std::span<const Point> points() const { return point_; }
   // Bring what count() and point() read of a node nearer to the processor.
   void prefetch(std::uint32_t node) const { __builtin_prefetch(&first_[node]); }
   void prefetch(std::uint32_t node, std::uint32_t n) const {
@@ -44,12 +50,8 @@ class SenderPoints {
   std::size_t bytes() const;
 
  private:
-  struct Range {
-    std::uint32_t first = 0, count = 0;  // in point_
-  };
-
   std::pmr::vector<Point> point_;  // those of a node's children one after the other
   std::pmr::vector<Range> first_;  // [Size nodes]
 };
 
-}  // namespace relume::cpu
+}  // namespace relume

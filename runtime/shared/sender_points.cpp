@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // See sender_points.h.
-#include "runtime/cpu/sender_points.h"
+#include "runtime/shared/sender_points.h"
 
 #include "formats/sphere_points.h"
 
@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace relume::cpu {
+namespace relume {
 namespace {
 
 // Directions of a sky patch: as many as a node has points, so that a thing before one patch hides a share of it.
@@ -68,4 +68,4 @@ std::size_t SenderPoints::bytes() const {
   return bytes(point_) + bytes(first_);
 }
 
-}  // namespace relume::cpu
+}  // namespace relume
