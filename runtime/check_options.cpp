@@ -67,8 +67,6 @@ Result<CheckedOptions> checkOptions(const Bake& bake, const RelightOptions& opti
   if (options.movingParts > 0 && !kHasMovingParts)
     return Error{ErrorCode::unsupported, "movingParts is " + std::to_string(options.movingParts) +
                                              ", expected 0: builds for WebAssembly have no moving parts"};
-  if (options.movingParts > 0 && options.backend != BackendKind::cpu)
-    return Error{ErrorCode::unsupported, "movingParts need the CPU backend: the OpenGL backend has no moving parts"};
   Result<ImageSizes> sizes = declareImages(bake.emitters, options.drivenImages, memory);
   if (!sizes) return sizes.error();
   checked.images = std::move(*sizes);

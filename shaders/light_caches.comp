@@ -52,6 +52,11 @@ shared vec4 partial[RELUME_SHARED_CACHES][RELUME_WORDS][RELUME_LANES];
 // The sums of this thread.
 vec4 y[RELUME_LUMA_WORDS], co[RELUME_CHROMA_WORDS], cg[RELUME_CHROMA_WORDS];
 
+// RELUME_MOVING: parts move before links.
+#ifdef RELUME_MOVING
+#include "lib/moving_change.glsl"
+#endif
+
 void add(uint sender, inout vec4 c[RELUME_LUMA_WORDS]) {
   vec3 b = relumeRgbToYCoCg(relumeUnpackColor(node[sender]));
   for (int w = 0; w < RELUME_LUMA_WORDS; ++w) y[w] += b.x * c[w];
@@ -280,6 +285,9 @@ void main() {
     co[w] *= kMonicScale[w];
     cg[w] *= kMonicScale[w];
   }
+#endif
+#ifdef RELUME_MOVING
+  if (inside && lane == 0u) addChange(cache);
 #endif
   co[RELUME_CHROMA_WORDS - 1] *= kRelumeLastChroma;
   cg[RELUME_CHROMA_WORDS - 1] *= kRelumeLastChroma;

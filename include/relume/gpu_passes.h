@@ -146,7 +146,8 @@ struct GpuBindingSet {
   std::span<const GpuBinding> bindings = {};
 };
 
-enum class GpuPass : std::uint8_t { emission, surfels, pull, caches, gridTexture };
+// movingParts: of the OpenGL backend alone.
+enum class GpuPass : std::uint8_t { emission, surfels, pull, movingParts, caches, gridTexture };
 
 struct GpuDispatch {
   GpuPass pass = GpuPass::surfels;  // for captures and timers

@@ -75,10 +75,10 @@ struct LightSetup {
   std::span<const glm::vec3> skyPatches{};  // [Size 0 or skyDirection.size()] radiance a patch, in place of the
                                             // constant; projectEnvironment() makes it from a map
   float bounceScale = 1.0f;                 // [0..1] share of last frame's caches added at the surfels; 0 = one bounce
-  // CPU backend: what moves through the level and takes part in its indirect light, as it stands in this frame. It
-  // shadows the bake's links and reflects the light that falls on it: that of `lights`, by the same visibility, and
-  // last frame's of the bake's grid. A part acts on caches for which the sphere around it covers more than 0.02 sr.
-  // Nothing is done where there are none. [Size 0..RelightOptions::movingParts]
+  // What moves through the level and takes part in its indirect light, as it stands in this frame. It shadows the
+  // bake's links and reflects the light that falls on it: that of `lights`, by the same visibility, and last frame's of
+  // the bake's grid. A part acts on caches for which the sphere around it covers more than 0.02 sr. Nothing is done
+  // where there are none. [Size 0..RelightOptions::movingParts]
   std::span<const MovingPart> movingParts{};
   const MovingShapes* movingShapes = nullptr;  // what movingParts name; not null where there are some
 };

@@ -58,6 +58,8 @@ class MovingShapes {
 
   // Of the runtime's own use. [shape < count()]
   [[nodiscard]] const MovingShape& shape(std::uint32_t index) const;
+  // Likewise: another number for all shapes of the program that create() has made, never 0.
+  [[nodiscard]] std::uint64_t id() const;
 
  private:
   struct State;

@@ -77,8 +77,9 @@ struct RelightOptions {
   // Materials that images are to drive, each at most once. The CPU backend keeps a third of an image's texels as mip
   // levels, 12 bytes each; OpenGL 16 bytes for each texel and mip level beside them.
   std::vector<DrivenImage> drivenImages{};
-  // [0..kMaxMovingParts] CPU backend: how many LightSetup::movingParts a frame has at most; 0 = none. What they need is
-  // kept beside the links, 32 bytes a surfel, about twice what the surfels themselves take. WebAssembly: 0 only.
+  // [0..kMaxMovingParts] how many LightSetup::movingParts a frame has at most; 0 = none. What they need is kept beside
+  // the links, 32 bytes a surfel, about twice what the surfels themselves take; OpenGL keeps 56 bytes a cache and
+  // 12 KiB a part as well. WebAssembly and GpuPasses: none.
   std::uint32_t movingParts = 0;
   // Keep the grid as a texture of irradiance vectors, filled every frame, for reads by GridLookup::texture and smooth:
   // cheaper than reading the caches around, for what moves in numbers. Relighter::gridTexture() says what came of it.
@@ -91,8 +92,8 @@ struct RelightOptions {
   // first that needs no more; where none does there is no texture.
   std::uint32_t gridTextureBytes = 4u << 20;
   // GL backend: GLSL that defines `float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)` with whatever
-  // uniforms and samplers it needs (the host sets them through GlResolve::surfelProgram(), textures on units of its own
-  // below 12). Empty = nothing is in shadow.
+  // uniforms and samplers it needs (the host sets them through GlResolve::surfelProgram(), with moving parts through
+  // movingProgram() as well, textures on units of its own below 12). Empty = nothing is in shadow.
   std::string visibilityGlsl{};
   // GL backend, which needs it: where it gets OpenGL's functions from. Called within create() alone; each relighter
   // keeps the addresses that it was given, and the library links no OpenGL.
@@ -123,7 +124,8 @@ struct GridTextureInfo {
 
 struct PassTime {
   // "surfels", "pull", "caches", with RelightOptions::gridTexture "grid texture", and with RelightOptions::movingParts
-  // "moving parts": their own light; what they change of the caches is part of "caches"
+  // "moving parts": their own light; what they change of the caches is part of "caches" on the CPU, and of
+  // "moving parts" in OpenGL
   const char* pass;
   double ms;  // CPU: wall clock; GL: GPU time between timestamps of the last finished frame
 };
@@ -158,6 +160,9 @@ class GlResolve {
   virtual void bind() const = 0;
   // GL program of step 2, for the host's shadow uniforms.
   virtual std::uint32_t surfelProgram() const = 0;
+  // GL program that lights moving parts, with the same visibilityGlsl: a host that sets uniforms in one sets them in
+  // both. 0 = RelightOptions::movingParts is 0.
+  virtual std::uint32_t movingProgram() const = 0;
 
   // Direct light by a compute shader of the host's own (ray traced, of area lights, of a texture), for frames with
   // LightSetup::surfelIrradianceOnGpu. GLSL 4.30 to put into that shader after #version: defines relumeSurfelSlots,

@@ -36,12 +36,12 @@ void unpackChannel(int bands, const std::uint16_t* word, std::size_t stride, flo
 Result<Owned<GlBackend>> GlBackend::create(const Functions& gl, const Bake& bake, const CacheBands& bands,
                                            std::string_view visibilityGlsl, const ImageSizes& images,
                                            GridTexture texture, std::pmr::memory_resource* memory,
-                                           std::optional<gpu::GroupThreads> wanted) {
+                                           std::uint32_t movingParts, std::optional<gpu::GroupThreads> wanted) {
   const gpu::GroupThreads threads =
       wanted ? *wanted : groupThreadsOf(reinterpret_cast<const char*>(gl.GetString(GL_RENDERER)));
   const SavedState saved(gl);
   Result<Owned<gpu::FramePlan>> plan =
-      gpu::FramePlan::create(bake, texture, bands, images, deviceOf(gl, threads), memory);
+      gpu::FramePlan::create(bake, texture, bands, images, deviceOf(gl, threads), memory, movingParts);
   if (!plan) return plan.error();
   Owned<GlBackend> backend =
       makeOwned<GlBackend>(memory, gl, bake, bands, images, std::move(texture), std::move(*plan), memory);
@@ -93,6 +93,10 @@ std::vector<std::pair<std::string, std::size_t>> GlBackend::bufferSizes() const 
       {"lightmap", objects_.textureBytes(GpuUse::light) + objects_.textureBytes(GpuUse::constant) - grid}};
   if (grid > 0)
     sizes.emplace_back("grid texture", grid + bytes({gpu::kGridFactors, gpu::kGridShares, gpu::kGridVectors}));
+  if (plan_->movingParts() > 0) {
+    sizes.emplace_back("moving parts", plan_->movingBytes() + bytes({gpu::kSenderPoints, gpu::kMovingParts,
+                                                                     gpu::kMovingShapes, gpu::kMovingLight}));
+  }
   sizes.emplace_back("emission", plan_->drivenBytes() + objects_.textureBytes(GpuUse::frame));
   return sizes;
 }
@@ -116,7 +120,7 @@ void GlBackend::relight(const LightSetup& setup) {
   // The host's shaders, and the next frame's surfels, sample the light map; readers copy buffers.
   gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT |
                     GL_TEXTURE_UPDATE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
-  timer_.mark(4);
+  timer_.mark(kTimed);
   timer_.endFrame();
   readBack_ = texelsReadBack_ = false;
 }
@@ -218,8 +222,9 @@ std::vector<glm::vec3> GlBackend::nodeRadiosity() const {
 
 std::vector<PassTime> GlBackend::passTimes() const {
   const auto& ms = timer_.passMs();
-  std::vector<PassTime> times{{"surfels", ms[0]}, {"pull", ms[1]}, {"caches", ms[2]}};
-  if (!texture_.empty()) times.push_back({"grid texture", ms[3]});
+  std::vector<PassTime> times{{"surfels", ms[0]}, {"pull", ms[1]}, {"caches", ms[3]}};
+  if (!texture_.empty()) times.push_back({"grid texture", ms[4]});
+  if (plan_->movingParts() > 0) times.push_back({"moving parts", ms[2]});
   return times;
 }
 
@@ -252,7 +257,7 @@ Result<Owned<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& req
     texture = GridTexture(request.memory);
   Result<Owned<gl::GlBackend>> made =
       gl::GlBackend::create(*functions, bake, request.bands, request.options.visibilityGlsl, request.images,
-                            std::move(texture), request.memory);
+                            std::move(texture), request.memory, request.options.movingParts);
   if (!made) return made.error();
   return Owned<Backend>(std::move(*made));
 }

@@ -19,11 +19,11 @@ class GlBackend final : public Backend, public GlResolve {
  public:
   // The bake must pass checkBake(); its arrays are kept. gl: of the context that is current, here and in every other
   // call. unsupported: buffers too large; failed: a shader's log. images: declared, by drivable material. texture: of
-  // the grid, may be empty. wanted: what work groups are to suit; nothing = the driver that runs here. memory: keeps
-  // all of this.
+  // the grid, may be empty. movingParts: of a frame, at most. wanted: what work groups are to suit; nothing = the
+  // driver that runs here. memory: keeps all of this.
   static Result<Owned<GlBackend>> create(const Functions& gl, const Bake& bake, const CacheBands& bands,
                                          std::string_view visibilityGlsl, const ImageSizes& images, GridTexture texture,
-                                         std::pmr::memory_resource* memory,
+                                         std::pmr::memory_resource* memory, std::uint32_t movingParts = 0,
                                          std::optional<gpu::GroupThreads> wanted = {});
   // What create() begins with: nothing is on the GPU yet.
   GlBackend(const Functions& gl, const Bake& bake, const CacheBands& bands, const ImageSizes& images,
@@ -58,11 +58,14 @@ class GlBackend final : public Backend, public GlResolve {
   const std::string& glsl() const override { return resolveGlsl_; }
   void bind() const override;
   std::uint32_t surfelProgram() const override { return objects_.program("light_surfels.comp"); }
+  std::uint32_t movingProgram() const override { return objects_.program("light_parts.comp"); }
   const std::string& surfelGlsl() const override { return surfelGlsl_; }
   std::uint32_t surfelSlots() const override { return plan_->surfelSlots(); }
   void bindSurfels() const override;
 
  private:
+  // Passes of the timer: those of GpuPass from surfels on.
+  static constexpr std::size_t kTimed = 5;
   // All of a plan's frame. mark: whether its passes are timed.
   void run(const GpuFrame& frame, bool mark);
   // Vectors, chroma or open cells of the grid's texture; 0 = none.
@@ -77,7 +80,7 @@ class GlBackend final : public Backend, public GlResolve {
   Owned<gpu::FramePlan> plan_;
   mutable PlanObjects objects_;  // makes the buffer for the host's light when it is first bound
   std::string resolveGlsl_, surfelGlsl_;
-  mutable FrameTimer<4> timer_;
+  mutable FrameTimer<kTimed> timer_;
   mutable std::pmr::vector<float> coefficients_;  // read back
   mutable bool readBack_ = false;                 // whether coefficients_ are this frame's
   mutable std::pmr::vector<float> texels_;        // likewise those of the grid's texture

@@ -13,6 +13,7 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <new>
 #include <string>
@@ -21,7 +22,17 @@
 
 namespace relume {
 
+namespace {
+
+std::uint64_t newId() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
+}  // namespace
+
 struct MovingShapes::State {
+  std::uint64_t id = newId();
   std::vector<MovingShape> shape;
 };
 
@@ -162,5 +173,7 @@ std::size_t MovingShapes::bytes() const {
 }
 
 const MovingShape& MovingShapes::shape(std::uint32_t index) const { return state_->shape[index]; }
+
+std::uint64_t MovingShapes::id() const { return state_->id; }
 
 }  // namespace relume

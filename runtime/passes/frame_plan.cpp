@@ -89,6 +89,7 @@ FramePlan::FramePlan(const Bake& bake, const CacheBands& bands, const ImageSizes
       driveSets_(memory),
       drivenImages_(images.size(), kRelumeNone, memory),
       batches_(memory),
+      moving_(memory),
       driven_(bake.emitters, images, memory),
       surfelOrder_(memory),
       skyOrder_(memory),
@@ -168,7 +169,13 @@ Status FramePlan::makeLinks() {
   shapeStride_ = bake_.links.bands * bake_.links.bands;
   shapedLinks_ = static_cast<std::uint32_t>(bake_.links.shape.size());
   const GroupThreads threads = device_.isSerial ? GroupThreads::serial : GroupThreads::parallel;
-  std::array<std::uint32_t, 2> program{kRelumeNone, kRelumeNone};
+  std::array<std::uint32_t, 2> program{kRelumeNone, kRelumeNone}, movingProgram = program;
+  std::uint32_t occludeProgram_ = kRelumeNone;
+  if (moving_.most > 0) {
+    const CacheGroup group = chooseOccludeGroup(threads);
+    moving_.cachesPerGroup = static_cast<std::uint32_t>(group.caches);
+    occludeProgram_ = addProgram(occludeProgram(bake_.links.kind, group, made->nodeSteps));
+  }
   for (const LinkBatch& batch : made->batches) {
     const bool map = batch.firstCache >= firstMapCache_;
     const CacheGroup group = chooseCacheGroup(threads, map ? bands_.ofMap() : bands_, device_.sharedBytes);
@@ -191,7 +198,17 @@ Status FramePlan::makeLinks() {
                                            stored(RELUME_IMAGE_CO, kMapCo),
                                            stored(RELUME_IMAGE_CG, kMapCg)};
     const auto own_ = map ? std::span<const GpuBinding>(texels) : std::span<const GpuBinding>(grid);
-    batches_.push_back({addSet(own, {common, own_}), batch});
+    Batch& added = batches_.emplace_back(Batch{addSet(own, {common, own_}), batch});
+    if (moving_.most == 0) continue;
+    std::uint32_t& ownMoving = movingProgram[map ? 1 : 0];
+    if (ownMoving == kRelumeNone)
+      ownMoving = addProgram(cacheProgram(bands_, bake_.links.kind, group, made->nodeSteps, map, true));
+    const std::array<GpuBinding, 1> change{storage(RELUME_SLOT_MOVING_LIGHT, kMovingLight)};
+    const std::array<GpuBinding, 4> parts{
+        storage(RELUME_SLOT_PARTS, kMovingParts), storage(RELUME_SLOT_SENDER_POINTS, kSenderPoints),
+        storage(RELUME_SLOT_SHAPES, kMovingShapes), storage(RELUME_SLOT_MOVING_LIGHT, kMovingLight, true)};
+    added.movingSet = addSet(ownMoving, {common, own_, change});
+    added.occludeSet = addSet(occludeProgram_, {common, parts});
   }
   return done();
 }
@@ -216,7 +233,7 @@ void FramePlan::makePull(GroupThreads threads) {
   if (pullRoundCount_ > 0) set_.pullTop = addSet(addProgram(pullProgram(group, true)), {bindings});
 }
 
-void FramePlan::makeBuffers(const GridTexture& texture) {
+void FramePlan::makeBuffers(const GridTexture& texture, std::uint32_t movingParts) {
   SenderArrays senders = packSenders(bake_, bands_.lumaBands, memory_);
   flatEnd_ = senders.flatEnd;
   tiltedEnd_ = senders.tiltedEnd;
@@ -249,7 +266,11 @@ void FramePlan::makeBuffers(const GridTexture& texture) {
   addBuffer(kHost, "colours of the host", GpuUse::frame, {}, colors * sizeof(glm::vec4));
   addBuffer(kSurfelLight, "surfel irradiance", GpuUse::light, {},
             device_.hasSurfelShader ? surfelEnd_ * sizeof(glm::vec4) : 0);
-  if (texture.empty()) return;
+  if (!texture.empty()) makeGridBuffers(texture);
+  makeMovingBuffers(movingParts);
+}
+
+void FramePlan::makeGridBuffers(const GridTexture& texture) {
   addBuffer(kGridFactors, "factors of vectors", GpuUse::constant, keep(packFactors(bands_.lumaBands, memory_)));
   addBuffer(kGridShares, "shares of the grid's texture", GpuUse::constant, keep(packShares(texture, memory_)));
   addBuffer(kGridVectors, "vectors of caches", GpuUse::light, {},
@@ -342,6 +363,12 @@ void FramePlan::makeSets(GroupThreads threads, const GridTexture& texture) {
       storage(RELUME_SLOT_EMISSION, kEmission), storage(RELUME_SLOT_SURFEL_LIGHT, kSurfelLight)};
   set_.surfels = addSet(addProgram(surfelProgram()), {bounce, light});
   makePull(threads);
+  if (moving_.most > 0) {
+    const std::array<GpuBinding, 4> parts{
+        storage(RELUME_SLOT_LIT_SHAPES, kMovingShapes), storage(RELUME_SLOT_LIGHTS, kLights),
+        storage(RELUME_SLOT_PARTS, kMovingParts), storage(RELUME_SLOT_MOVING_LIGHT, kMovingLight, true)};
+    moving_.lightSet = addSet(addProgram(partLightProgram(bands_)), {parts, resolve_});
+  }
   surfelBindings_ = {
       {storage(RELUME_SURFELS_SLOT_WORDS, kSurfelWords), storage(RELUME_SURFELS_SLOT_LIGHT, kSurfelLight, true),
        uniform(RELUME_SURFELS_SLOT_UNIFORMS, kSurfelBox)},
@@ -362,11 +389,11 @@ void FramePlan::makeSets(GroupThreads threads, const GridTexture& texture) {
 
 Result<Owned<FramePlan>> FramePlan::create(const Bake& bake, const GridTexture& texture, const CacheBands& bands,
                                            const ImageSizes& images, const GpuDevice& device,
-                                           std::pmr::memory_resource* memory) {
+                                           std::pmr::memory_resource* memory, std::uint32_t movingParts) {
   Owned<FramePlan> plan = makeOwned<FramePlan>(memory, bake, bands, images, device, memory);
   plan->firstMapCache_ = bake.caches.firstMapCache();
   if (Status ok = plan->checkSizes(); !ok) return ok.error();
-  plan->makeBuffers(texture);
+  plan->makeBuffers(texture, movingParts);
   if (plan->senderEnd_ / RELUME_SURFEL_GROUP > device.groups) {
     return tooLarge("the bake has " + std::to_string(plan->senderEnd_) + " slots of senders, this device dispatches " +
                     "at most " + std::to_string(device.groups) + " groups of " + std::to_string(RELUME_SURFEL_GROUP));
@@ -386,12 +413,14 @@ Result<Owned<FramePlan>> FramePlan::create(const Bake& bake, const GridTexture& 
   // What any frame adds: ranges that begin, and what the device cuts them into.
   const std::size_t threads = std::size_t{plan->senderEnd_} + bake.emitters.count() + bake.caches.count() +
                               plan->texelCount_ + plan->pullGroupCount_;
-  const std::size_t dispatches = 8 + plan->batches_.size() + bake.emitters.materials.size() + threads / device.groups;
+  const std::size_t perBatch = movingParts > 0 ? 2 : 1, parts = movingParts > 0 ? 1 + bake.caches.count() : 0;
+  const std::size_t dispatches =
+      8 + perBatch * plan->batches_.size() + bake.emitters.materials.size() + (threads + parts) / device.groups + 1;
   plan->dispatches_.reserve(dispatches);
   plan->hostTextures_.reserve(dispatches);
   std::size_t levels = 0;
   for (const GpuImage& image : plan->images_) levels += image.use == GpuUse::frame ? image.levels : 0;
-  plan->uploads_.reserve(2 + levels);
+  plan->uploads_.reserve(4 + levels);
   return plan;
 }
 

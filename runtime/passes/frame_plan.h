@@ -44,9 +44,13 @@ enum BufferIndex : std::uint32_t {
   kHost,
   kSurfelLight,
   kSurfelBox,
-  kGridFactors,  // the last three where there is a grid's texture
+  kGridFactors,  // these three where there is a grid's texture
   kGridShares,
   kGridVectors,
+  kSenderPoints,  // the last four where parts may move
+  kMovingParts,
+  kMovingShapes,
+  kMovingLight,
 };
 
 enum ImageIndex : std::uint32_t { kMapY, kMapCo, kMapCg, kMapNormal };
@@ -54,10 +58,11 @@ enum ImageIndex : std::uint32_t { kMapY, kMapCo, kMapCg, kMapNormal };
 class FramePlan {
  public:
   // The bake has passed checkBake(); its arrays are kept until forgetContents(), and its hierarchy, caches and surfels
-  // for ever. images: declared, by drivable material. unsupported: more than the device holds. Throws std::bad_alloc.
+  // for ever. images: declared, by drivable material. movingParts: of a frame, at most. unsupported: more than the
+  // device holds. Throws std::bad_alloc.
   static Result<Owned<FramePlan>> create(const Bake& bake, const GridTexture& texture, const CacheBands& bands,
                                          const ImageSizes& images, const GpuDevice& device,
-                                         std::pmr::memory_resource* memory);
+                                         std::pmr::memory_resource* memory, std::uint32_t movingParts = 0);
   // What create() begins with.
   FramePlan(const Bake& bake, const CacheBands& bands, const ImageSizes& images, const GpuDevice& device,
             std::pmr::memory_resource* memory);
@@ -80,6 +85,8 @@ class FramePlan {
   // Bytes that are kept on the host's side: the surfels' order, and what drives materials.
   std::size_t orderBytes() const { return surfelOrder_.size() * sizeof(surfelOrder_[0]); }
   std::size_t drivenBytes() const { return driven_.bytes(); }
+  std::size_t movingBytes() const { return sizeof(std::uint32_t) * moving_.shapeWord.capacity(); }
+  std::uint32_t movingParts() const { return moving_.most; }
 
   // Take the memory of frame(setup). Throws std::bad_alloc.
   void reserve(const LightSetup& setup);
@@ -95,13 +102,28 @@ class FramePlan {
   struct Batch {
     std::uint32_t set = 0;
     LinkBatch links;
+    std::uint32_t movingSet = 0, occludeSet = 0;  // of frames in which parts move
   };
   struct Indices {
     std::uint32_t drive = 0, surfels = 0, tilted = 0, gridded = 0, pull = 0, pullTop = 0, vectors = 0, texels = 0;
   };
 
+  // What moving parts need. (plan_moving.cpp)
+  struct Moving {
+    explicit Moving(std::pmr::memory_resource* memory) : part(memory), shapeWord(memory), firstWord(memory) {}
+
+    std::uint32_t most = 0;                // parts of a frame; 0 = the rest is not there
+    std::uint32_t points = 0, places = 0;  // SenderWords
+    std::uint32_t firstLight = 0;          // vec4 of the parts' light
+    std::uint32_t lightSet = 0, cachesPerGroup = 1;
+    std::pmr::vector<gl::RelumePart> part;  // of the frame; keeps its memory
+    std::pmr::vector<std::uint32_t> shapeWord, firstWord;
+    std::uint64_t shapes = 0;  // MovingShapes::id() of what is packed
+    bool isPacked = false;     // and is not yet on the device
+  };
+
   Status checkSizes() const;
-  void makeBuffers(const GridTexture& texture);
+  void makeBuffers(const GridTexture& texture, std::uint32_t movingParts);
   Status makeLinks();
   void makePull(GroupThreads threads);
   void makeImages(const GridTexture& texture);
@@ -122,7 +144,11 @@ class FramePlan {
   bool addBounce(bool waits);
   void addSurfels(const LightSetup& setup, bool bounces, bool waits);
   void addPull();
-  void addCaches();
+  void makeGridBuffers(const GridTexture& texture);
+  void makeMovingBuffers(std::uint32_t parts);
+  void reserveMoving(const LightSetup& setup);
+  bool addMoving(const LightSetup& setup, bool bounces);
+  void addCaches(bool moves);
   void addFill(bool waits);
 
   Bake bake_;  // shares the arrays
@@ -157,6 +183,7 @@ class FramePlan {
   std::uint32_t vectorCaches_ = 0, texelCount_ = 0;
   glm::uvec3 textureResolution_{0};
 
+  Moving moving_;
   DrivenEmission driven_;
   bool drove_ = false;  // whether the emission on the device is not the baked one
   bool lit_ = false;    // whether the caches hold a frame

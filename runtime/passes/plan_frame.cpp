@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // See frame_plan.h: what a frame copies and dispatches, in the order of relighter.h.
-#include "runtime/passes/frame_plan.h"
+#include "runtime/passes/add_dispatch.h"
 #include "runtime/passes/pack_lights.h"
 
 #include <algorithm>
@@ -19,28 +19,6 @@ void addUpload(std::pmr::vector<GpuUpload>& uploads, BufferIndex buffer, const s
 }
 
 }  // namespace
-
-template <class Parameters>
-void FramePlan::dispatch(GpuPass pass, std::uint32_t set, Parameters parameters, std::uint32_t Parameters::*begin,
-                         std::uint32_t first, std::uint32_t end, std::uint32_t perGroup, bool waits,
-                         std::uint32_t texture) {
-  static_assert(sizeof(Parameters) <= kGpuParameterBytes);
-  // The number of groups of one dispatch is limited.
-  const std::uint64_t most = std::uint64_t{device_.groups} * perGroup;
-  while (first < end) {
-    GpuDispatch& added = dispatches_.emplace_back();
-    hostTextures_.push_back(texture);
-    added.pass = pass;
-    added.waits = waits;
-    added.bindingSet = set;
-    const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(end - first, most));
-    added.groups = (count + perGroup - 1) / perGroup;
-    parameters.*begin = first;
-    std::memcpy(added.parameters.data(), &parameters, sizeof parameters);
-    first += count;
-    waits = false;
-  }
-}
 
 // The emission of this frame, where it is not that of the frame before. Returns whether anything writes it.
 bool FramePlan::addEmission(const LightSetup& setup, bool waits) {
@@ -154,8 +132,8 @@ void FramePlan::addPull() {
   dispatch(GpuPass::pull, set_.pullTop, parameters, &gl::RelumePullParameters::relumeFirst, first, first + 1, 1, true);
 }
 
-// Steps 4 and 5.
-void FramePlan::addCaches() {
+// Steps 4 and 5. moves: parts have changed what caches receive.
+void FramePlan::addCaches(bool moves) {
   bool waits = true;
   for (const Batch& batch : batches_) {
     const LinkBatch& links = batch.links;
@@ -169,8 +147,9 @@ void FramePlan::addCaches() {
     parameters.relumeGridLinks = shapedLinks_;
     parameters.relumeFirstMapCache = firstMapCache_;
     parameters.relumeMapWidth = bake_.caches.lightmap.width;
-    dispatch(GpuPass::caches, batch.set, parameters, &gl::RelumeCacheParameters::relumeFirstCache, links.firstCache,
-             links.endCache, map ? mapCachesPerGroup_ : gridCachesPerGroup_, waits);
+    dispatch(GpuPass::caches, moves ? batch.movingSet : batch.set, parameters,
+             &gl::RelumeCacheParameters::relumeFirstCache, links.firstCache, links.endCache,
+             map ? mapCachesPerGroup_ : gridCachesPerGroup_, waits);
     waits = false;
   }
 }
@@ -189,6 +168,7 @@ void FramePlan::addFill(bool waits) {
 }
 
 void FramePlan::reserve(const LightSetup& setup) {
+  reserveMoving(setup);
   lights_.reserve(setup.lights.size());
   const bool irradiance = !setup.surfelIrradiance.empty(), emission = !setup.surfelEmission.empty();
   if ((irradiance || emission) && surfelOrder_.empty()) surfelOrder_ = orderSurfels(bake_, bands_.lumaBands, memory_);
@@ -207,7 +187,7 @@ GpuFrame FramePlan::frame(const LightSetup& setup) {
   if (bounces && addBounce(waits)) waits = true;
   addSurfels(setup, bounces, waits);
   addPull();
-  addCaches();
+  addCaches(addMoving(setup, bounces));
   addFill(true);
   lit_ = true;
   return {uploads_, dispatches_};

@@ -44,6 +44,14 @@ constexpr auto kCaches = [] {
   using Struct = gl::RelumeCacheParameters;
   return std::to_array<Parameter>({RELUME_CACHE_PARAMETERS(RELUME_PARAMETER)});
 }();
+constexpr auto kPartLight = [] {
+  using Struct = gl::RelumePartLightParameters;
+  return std::to_array<Parameter>({RELUME_PART_LIGHT_PARAMETERS(RELUME_PARAMETER)});
+}();
+constexpr auto kOcclude = [] {
+  using Struct = gl::RelumeOccludeParameters;
+  return std::to_array<Parameter>({RELUME_OCCLUDE_PARAMETERS(RELUME_PARAMETER)});
+}();
 constexpr auto kFill = [] {
   using Struct = gl::RelumeFillParameters;
   return std::to_array<Parameter>({RELUME_FILL_PARAMETERS(RELUME_PARAMETER)});
@@ -61,7 +69,12 @@ DefineList bandsOf(int luma, int chroma, bool irradianceOnMap) {
           {"RELUME_MAP_IRRADIANCE", irradianceOnMap ? "1" : "0"}};
 }
 
-constexpr std::uint32_t kRepackedKind = 6;  // RELUME_LINKS_REPACKED of shaders/lib/link_sums.glsl
+// RELUME_LINK_KIND: links packed again are a kind of the shaders' own, RELUME_LINKS_REPACKED of
+// shaders/lib/link_sums.glsl.
+std::string kindOf(LinkKind kind, int nodeSteps) {
+  constexpr std::uint32_t kRepacked = 6;
+  return std::to_string(nodeSteps < 0 ? static_cast<std::uint32_t>(kind) : kRepacked);
+}
 
 }  // namespace
 
@@ -71,6 +84,10 @@ CacheGroup chooseCacheGroup(GroupThreads threads, const CacheBands& bands, std::
   const std::size_t bytesPerCache = kLanes * 2 * cacheBytes(bands);
   if (threads == GroupThreads::serial || bytesPerCache > sharedBytes) return {1, 64};
   return {kLanes, static_cast<int>(std::min<std::size_t>(sharedBytes / bytesPerCache, 4))};
+}
+
+CacheGroup chooseOccludeGroup(GroupThreads threads) {
+  return threads == GroupThreads::serial ? CacheGroup{1, 64} : CacheGroup{32, 1};
 }
 
 PullGroup choosePullGroup(GroupThreads threads) {
@@ -104,13 +121,13 @@ ProgramSource pullProgram(const PullGroup& group, bool top) {
           kPull};
 }
 
-ProgramSource cacheProgram(const CacheBands& bands, LinkKind kind, const CacheGroup& group, int nodeSteps, bool map) {
+ProgramSource cacheProgram(const CacheBands& bands, LinkKind kind, const CacheGroup& group, int nodeSteps, bool map,
+                           bool moving) {
   const CacheBands own = map ? bands.ofMap() : bands;
   DefineList defines = bandsOf(own.lumaBands, own.chromaBands, map && bands.irradianceOnMap);
   defines.emplace_back("RELUME_MAP", map ? "1" : "0");
-  // Links packed again are a kind of the shader's own.
-  defines.emplace_back("RELUME_LINK_KIND",
-                       std::to_string(nodeSteps < 0 ? static_cast<std::uint32_t>(kind) : kRepackedKind));
+  defines.emplace_back("RELUME_LINK_KIND", kindOf(kind, nodeSteps));
+  if (moving) defines.emplace_back("RELUME_MOVING", "1");
   return {"light_caches.comp",
           std::move(defines),
           {{"RELUME_THREADS", 0, static_cast<std::uint32_t>(group.lanes * group.caches)},
@@ -119,6 +136,22 @@ ProgramSource cacheProgram(const CacheBands& bands, LinkKind kind, const CacheGr
            {"RELUME_LANES", 3, static_cast<std::uint32_t>(group.lanes)},
            {"RELUME_SHARED_CACHES", 4, static_cast<std::uint32_t>(group.lanes > 1 ? group.caches : 1)}},
           kCaches};
+}
+
+ProgramSource partLightProgram(const CacheBands& bands) {
+  return {"light_parts.comp", bandsOf(bands.lumaBands, bands.chromaBands, false), {}, kPartLight};
+}
+
+ProgramSource occludeProgram(LinkKind kind, const CacheGroup& group, int nodeSteps) {
+  DefineList defines = bandsOf(1, 1, false);
+  defines.emplace_back("RELUME_LINK_KIND", kindOf(kind, nodeSteps));
+  return {"occlude_links.comp",
+          std::move(defines),
+          {{"RELUME_THREADS", 0, static_cast<std::uint32_t>(group.lanes * group.caches)},
+           {"RELUME_CACHES", 1, static_cast<std::uint32_t>(group.caches)},
+           {"RELUME_NODE_STEPS", 2, static_cast<std::uint32_t>(std::max(nodeSteps, 0))},
+           {"RELUME_LANES", 3, static_cast<std::uint32_t>(group.lanes)}},
+          kOcclude};
 }
 
 ProgramSource fillProgram(const CacheBands& bands, bool texels) {

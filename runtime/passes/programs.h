@@ -36,6 +36,9 @@ struct PullGroup {
 };
 PullGroup choosePullGroup(GroupThreads threads);
 
+// The same of occlude_links.comp.
+CacheGroup chooseOccludeGroup(GroupThreads threads);
+
 enum class ParameterType : std::uint8_t { uint1, uint2, uint3, float1, float3 };
 
 // A push constant of Vulkan, a plain uniform of OpenGL. name: lives as long as the program.
@@ -67,8 +70,13 @@ ProgramSource bounceProgram(const CacheBands& bands, bool grid);
 ProgramSource driveProgram();
 ProgramSource surfelProgram();
 ProgramSource pullProgram(const PullGroup& group, bool top);
-// nodeSteps: LinkArrays::nodeSteps. map: for the caches of the light map; group: chosen for their bands.
-ProgramSource cacheProgram(const CacheBands& bands, LinkKind kind, const CacheGroup& group, int nodeSteps, bool map);
+// nodeSteps: LinkArrays::nodeSteps. map: for the caches of the light map; group: chosen for their bands. moving: for
+// frames with moving parts, in OpenGL.
+ProgramSource cacheProgram(const CacheBands& bands, LinkKind kind, const CacheGroup& group, int nodeSteps, bool map,
+                           bool moving = false);
+// Of moving parts, in OpenGL: the light of their patches, and what they hide of links.
+ProgramSource partLightProgram(const CacheBands& bands);
+ProgramSource occludeProgram(LinkKind kind, const CacheGroup& group, int nodeSteps);
 ProgramSource fillProgram(const CacheBands& bands, bool texels);
 
 // Text for Vulkan, #version included. failed: an include that does not exist.

@@ -33,6 +33,29 @@
 #define RELUME_SLOT_VECTORS 2     // grid texture (out, then in): vectors of each cache
 #define RELUME_SLOT_MAP_TEXELS 3  // caches of the light map: texels of each (shaders/lib/map_texel.glsl)
 
+// Moving parts (runtime/passes/pack_moving.h), OpenGL alone: their light, what they hide of links, and what that
+// changes of caches.
+#define RELUME_SLOT_LIT_SHAPES 0     // light of parts: words of shapes
+#define RELUME_SLOT_PARTS 3          // light of parts, occlusion: RelumePart[]
+#define RELUME_SLOT_SENDER_POINTS 5  // occlusion: points of each node, all points, positions and normals of caches
+#define RELUME_SLOT_SHAPES 6         // occlusion: words of shapes
+#define RELUME_SLOT_MOVING_LIGHT \
+  7  // caches (in), light of parts (out), occlusion (in, out): two vec4 a cache, a part and a patch
+#define RELUME_PART_GROUP 64  // threads of a work group that lights a part
+// Words of a shape: bricks along x, y, z; boxes of patches along x, y, z; first words of the boxes and of the patches;
+// how many patches; two words a brick. Each box has six numbers of patches, kRelumeNone = none.
+#define RELUME_SHAPE_BOXES 3u
+#define RELUME_SHAPE_PATCH_OF 6u
+#define RELUME_SHAPE_PATCHES 7u
+#define RELUME_SHAPE_PATCH_COUNT 8u
+#define RELUME_SHAPE_BITS 9u
+// Words of a patch: position, normal, albedo, emission, area.
+#define RELUME_PATCH_NORMAL 3u
+#define RELUME_PATCH_ALBEDO 6u
+#define RELUME_PATCH_EMISSION 9u
+#define RELUME_PATCH_AREA 12u
+#define RELUME_SHAPE_PATCH_WORDS 13u
+
 // Image units of OpenGL follow the slots of buffers in Vulkan.
 #define RELUME_VULKAN_IMAGES 8
 // Images that caches of the light map write, and those that the fill of the grid's texture writes.
@@ -265,6 +288,28 @@ struct RelumeRsmVoxel {
   vec4 frontLight, backLight;
 };
 
+// std430. A moving part as it stands in a frame: runtime/moving/place_shape.h.
+struct RelumePart {
+  vec3 toGridX;  // columns: directions into the shape's grid [voxels/m]
+  uint shape;    // its first word
+  vec3 toGridY;
+  uint firstPatch;  // among all patches of the frame, past the means of as many parts as there may be
+  vec3 toGridZ;
+  float radius;  // [m] of the sphere around it
+  vec3 centre;   // [m]
+  float voxel;   // [m] in the shape's own axes
+  vec3 origin;   // [m] the translation
+  float unused;
+  vec3 gridOrigin;  // [voxels] of the shape's grid, from its own origin
+  float unused2;
+  vec3 toWorldX;  // columns: from the shape's axes
+  float unused3;
+  vec3 toWorldY;
+  float unused4;
+  vec3 toWorldZ;
+  float unused5;
+};
+
 // By what a run of emitter entries is driven.
 const uint kRelumeBaked = 0u, kRelumeColor = 1u, kRelumeImage = 2u;
 
@@ -347,6 +392,24 @@ struct RelumeSurfels {
   P(uint, relumeFirstMapCache)     \
   P(uint, relumeMapWidth)
 
+// relumeFirstLight: vec4 of the first part's light. relumeBounceScale: 0 also in the first frame.
+#define RELUME_PART_LIGHT_PARAMETERS(P) \
+  P(uint, relumeFirstPart)              \
+  P(uint, relumeEndPart) P(uint, relumeFirstLight) P(uint, relumeLightCount) P(float, relumeBounceScale)
+
+// The first five as those of caches. relumePoints, relumePlaces: first words of the points and of the caches' places.
+#define RELUME_OCCLUDE_PARAMETERS(P) \
+  P(uint, relumeFirstCache)          \
+  P(uint, relumeEndCache)            \
+  P(uint, relumeFirstLink)           \
+  P(uint, relumeWordOffset)          \
+  P(uint, relumeHalfOffset)          \
+  P(uint, relumeShapeStride)         \
+  P(uint, relumePartCount)           \
+  P(uint, relumeFirstLight)          \
+  P(uint, relumePoints)              \
+  P(uint, relumePlaces)
+
 #define RELUME_FILL_PARAMETERS(P) P(uvec3, relumeResolution) P(uint, relumeFirst) P(uint, relumeEnd)
 
 // RELUME_PARAMETERS(list) declares them in GLSL.
@@ -377,6 +440,12 @@ struct RelumePullParameters {
 struct RelumeCacheParameters {
   RELUME_CACHE_PARAMETERS(RELUME_DECLARE)
 };
+struct RelumePartLightParameters {
+  RELUME_PART_LIGHT_PARAMETERS(RELUME_DECLARE)
+};
+struct RelumeOccludeParameters {
+  RELUME_OCCLUDE_PARAMETERS(RELUME_DECLARE)
+};
 struct RelumeFillParameters {
   RELUME_FILL_PARAMETERS(RELUME_DECLARE)
 };
@@ -385,6 +454,8 @@ static_assert(sizeof(RelumeDriveParameters) == 24 && sizeof(RelumeSurfelParamete
               sizeof(RelumeCacheParameters) == 36 && sizeof(RelumeFillParameters) == 20);
 static_assert(offsetof(RelumeSurfelParameters, relumeSkyRadiance) == 64 &&
               offsetof(RelumeSurfelParameters, relumeMapSize) == 80);
+static_assert(sizeof(RelumePartLightParameters) == 20 && sizeof(RelumeOccludeParameters) == 40);
+static_assert(sizeof(RelumePart) == 144 && offsetof(RelumePart, centre) == 48 && offsetof(RelumePart, toWorldZ) == 128);
 static_assert(sizeof(RelumeSurfels) == 32);
 static_assert(sizeof(RelumeEmitter) == 32 && offsetof(RelumeEmitter, tap) == 16);
 static_assert(sizeof(RelumeLight) == 48 && offsetof(RelumeLight, direction) == 16 &&

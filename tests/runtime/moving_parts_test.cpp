@@ -281,11 +281,6 @@ TEST(MovingParts, refusesPartsThatItCannotPlace) {
   setup.movingShapes = nullptr;
   refuses("without movingShapes");
   EXPECT_FALSE(Relighter::create(bake, withParts(257)));
-  RelightOptions gl = withParts();
-  gl.backend = BackendKind::gl;
-  const auto made = Relighter::create(bake, gl);
-  ASSERT_FALSE(made);
-  EXPECT_EQ(made.error().code, ErrorCode::unsupported);
 }
 
 TEST(MovingShapes, refusesMeshesByName) {

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+// See frame_plan.h: what moving parts add to a plan, and to the frames that have some. Other frames run what they would
+// run without.
+#include "runtime/passes/add_dispatch.h"
+#include "runtime/passes/pack_moving.h"
+
+#include <array>
+#include <span>
+#include <string>
+
+namespace relume::gpu {
+namespace {
+
+template <class T>
+std::span<const std::byte> bytesOf(const std::pmr::vector<T>& array) {
+  return std::as_bytes(std::span(array.data(), array.size()));
+}
+
+}  // namespace
+
+void FramePlan::makeMovingBuffers(std::uint32_t parts) {
+  moving_.most = parts;
+  if (parts == 0) return;
+  SenderWords senders = packSenderPoints(bake_, memory_);
+  moving_.points = senders.points;
+  moving_.places = senders.places;
+  moving_.firstLight = 2 * bake_.caches.count();
+  moving_.part.reserve(parts);
+  moving_.shapeWord.reserve(1);
+  // Buffers of a grid's texture that is not there come before.
+  for (const BufferIndex each : {kGridFactors, kGridShares, kGridVectors}) {
+    if (buffers_.size() <= each) addBuffer(each, "none", GpuUse::constant, {});
+  }
+  addBuffer(kSenderPoints, "places on senders", GpuUse::constant, keep(std::move(senders.word)));
+  addBuffer(kMovingParts, "moving parts", GpuUse::frame, {}, parts * sizeof(gl::RelumePart));
+  addBuffer(kMovingShapes, "moving shapes", GpuUse::frame, {});
+  // A mean a part, and as many patches as a shape may have.
+  addBuffer(kMovingLight, "light of moving parts", GpuUse::light, {},
+            (moving_.firstLight + 2 * std::size_t{parts} * (1 + kMaxShapePatches)) * sizeof(glm::vec4));
+}
+
+void FramePlan::reserveMoving(const LightSetup& setup) {
+  if (setup.movingParts.empty() || moving_.shapes == setup.movingShapes->id()) return;
+  // Until they are packed, there are none.
+  moving_.shapes = 0;
+  packShapes(*setup.movingShapes, moving_.shapeWord, moving_.firstWord);
+  moving_.shapes = setup.movingShapes->id();
+  moving_.isPacked = true;
+}
+
+// Before the caches: the light of this frame's parts by last frame's grid, and what they hide of each link. Returns
+// whether there are some.
+bool FramePlan::addMoving(const LightSetup& setup, bool bounces) {
+  moving_.part.clear();
+  if (setup.movingParts.empty()) return false;
+  std::uint32_t patches = 0;
+  for (const MovingPart& each : setup.movingParts) {
+    const MovingShape& shape = setup.movingShapes->shape(each.shape);
+    ShapePlace place;
+    if (!placeShape(shape, each.toWorld, place)) continue;
+    moving_.part.push_back(packPart(shape, place, moving_.firstWord[each.shape], moving_.most + patches));
+    patches += static_cast<std::uint32_t>(shape.patch.size());
+  }
+  if (moving_.part.empty()) return false;
+  if (moving_.isPacked) uploads_.push_back({false, kMovingShapes, 0, bytesOf(moving_.shapeWord)});
+  moving_.isPacked = false;
+  uploads_.push_back({false, kMovingParts, 0, bytesOf(moving_.part)});
+
+  const auto parts = static_cast<std::uint32_t>(moving_.part.size());
+  gl::RelumePartLightParameters light{};
+  light.relumeEndPart = parts;
+  light.relumeFirstLight = moving_.firstLight;
+  light.relumeLightCount = static_cast<std::uint32_t>(lights_.size());
+  light.relumeBounceScale = bounces ? setup.bounceScale : 0.0f;
+  dispatch(GpuPass::movingParts, moving_.lightSet, light, &gl::RelumePartLightParameters::relumeFirstPart, 0, parts, 1,
+           false);
+  bool waits = true;
+  for (const Batch& batch : batches_) {
+    const LinkBatch& links = batch.links;
+    gl::RelumeOccludeParameters parameters{};
+    parameters.relumeEndCache = links.endCache;
+    parameters.relumeFirstLink = links.firstLink;
+    parameters.relumeWordOffset = links.wordOffset;
+    parameters.relumeHalfOffset = links.halfOffset;
+    parameters.relumeShapeStride = shapeStride_;
+    parameters.relumePartCount = parts;
+    parameters.relumeFirstLight = moving_.firstLight;
+    parameters.relumePoints = moving_.points;
+    parameters.relumePlaces = moving_.places;
+    dispatch(GpuPass::movingParts, batch.occludeSet, parameters, &gl::RelumeOccludeParameters::relumeFirstCache,
+             links.firstCache, links.endCache, moving_.cachesPerGroup, waits);
+    waits = false;
+  }
+  return true;
+}
+
+}  // namespace relume::gpu

@@ -1,0 +1,392 @@
+// SPDX-License-Identifier: MIT
+// What moving parts hide of the links of each cache, and what they give in its place: OccludeLinks of
+// runtime/cpu/occlude_links.h, which says how and which a test compares. The change is one cone of light a cache, which
+// light_caches.comp adds to its sums. RELUME_LANES threads share a cache, RELUME_CACHES caches a work group of
+// RELUME_THREADS. RELUME_LINK_KIND: lib/link_sums.glsl.
+#include "shared/layout.h"
+#include "lib/pack.glsl"
+#include "lib/color.glsl"
+#include "lib/link_sums.glsl"
+
+layout(local_size_x = RELUME_THREADS) in;
+
+RELUME_PARAMETERS(RELUME_OCCLUDE_PARAMETERS)
+
+#if RELUME_LINK_KIND == RELUME_LINKS_REPACKED
+#define RELUME_ROW_WORDS (1 + (RELUME_NODE_STEPS + 1) / 2)
+#define RELUME_ROW_LINKS 4u
+layout(std430, binding = RELUME_SLOT_LINKS) readonly buffer Links { uvec4 linkWords[]; };
+#else
+#define RELUME_ROW_WORDS 1
+#define RELUME_ROW_LINKS 1u
+layout(std430, binding = RELUME_SLOT_LINKS) readonly buffer Links { uint linkWord[]; };
+#endif
+#if RELUME_LINK_KIND == RELUME_LINKS_SH || RELUME_LINK_KIND == RELUME_LINKS_OCT6 || RELUME_LINK_KIND == RELUME_LINKS_REPACKED
+layout(std430, binding = RELUME_SLOT_LINK_SHAPE) readonly buffer LinkShape { uint linkShapeWord[]; };
+#endif
+#define RELUME_KNOWS_DIRECTIONS (RELUME_LINK_KIND != RELUME_LINKS_SH && RELUME_LINK_KIND != RELUME_LINKS_IRRADIANCE)
+layout(std430, binding = RELUME_SLOT_ROWS) readonly buffer Rows { uint rowWord[]; };
+layout(std430, binding = RELUME_SLOT_NODES) readonly buffer Nodes { uint node[]; };
+layout(std430, binding = RELUME_SLOT_PARTS) readonly buffer Parts { RelumePart part[]; };
+layout(std430, binding = RELUME_SLOT_SENDER_POINTS) readonly buffer Points { uint pointWord[]; };
+layout(std430, binding = RELUME_SLOT_SHAPES) readonly buffer Shapes { uint shapeWord[]; };
+layout(std430, binding = RELUME_SLOT_MOVING_LIGHT) buffer MovingLight { vec4 movingLight[]; };
+
+#include "lib/shape_march.glsl"
+
+// The constants of runtime/cpu/occlude_links.cpp.
+const float kPi = 3.14159265, kNever = 1e30;
+const float kSolidAngle = kPi / 0.282094792;
+const float kMinCosine = 1.0 - 0.02 / (2.0 * kPi), kMinShare = 1.0 - kMinCosine * kMinCosine;
+const vec2 kOwnSpace = vec2(1.5, 3.0);
+const float kFarSolidAngle = 0.06, kRays = 8.0, kSenderEnd = 0.999;
+const uint kMostRays = 8u, kFarRays = 4u;
+const vec3 kFarDisc[4] = vec3[4](vec3(1.0, 0.0, 0.354), vec3(-0.737, 0.675, 0.612), vec3(0.087, -0.996, 0.791),
+                                 vec3(0.608, 0.794, 0.935));
+// At most kMaxMovingParts parts, 32 a word.
+const uint kPartWords = 8u;
+
+// Of this thread's cache, and of the parts that it looks at.
+vec3 place, cacheNormal;
+bool onMap;
+uint nearPart[kPartWords];
+uint nearCount, lastNear;
+float nearWeight, rayDensity;
+bool isFar;
+
+// The directions toward the sphere around a part.
+struct Cone {
+  vec3 axis;
+  float cosine, sine;
+};
+
+Cone coneToward(uint number) {
+  vec3 offset = part[number].centre - place;
+  float d2 = dot(offset, offset), d = sqrt(d2), radius = part[number].radius;
+  return Cone(d > 0.0 ? offset / d : vec3(0.0), sqrt(max(1.0 - radius * radius / d2, 0.0)), min(radius / d, 1.0));
+}
+
+bool isAround(uint number) {
+  vec3 offset = part[number].centre - place;
+  return !(part[number].radius * part[number].radius < dot(offset, offset));
+}
+
+bool findNear() {
+  nearCount = 0u;
+  nearWeight = 1.0;
+  float smallest = 1.0;
+  for (uint w = 0u; w < kPartWords; ++w) nearPart[w] = 0u;
+  for (uint i = 0u; i < relumePartCount; ++i) {
+    vec3 offset = part[i].centre - place;
+    float radius = part[i].radius, d2 = dot(offset, offset), r2 = radius * radius;
+    if (!(r2 > kMinShare * d2)) continue;
+    if (onMap) {
+      if (dot(cacheNormal, offset) <= -radius) continue;
+    } else {
+      // What reads the grid so near to a part is mostly the part itself.
+      float own = sqrt(d2 / r2) - kOwnSpace.x;
+      if (own <= 0.0) continue;
+      nearWeight = min(nearWeight, own / (kOwnSpace.y - kOwnSpace.x));
+    }
+    nearPart[i >> 5] |= 1u << (i & 31u);
+    lastNear = i;
+    ++nearCount;
+    smallest = min(smallest, r2 / d2);
+  }
+  rayDensity = kRays / (kPi * smallest);
+  isFar = nearCount == 1u && smallest < kFarSolidAngle / kPi;
+  return nearCount > 0u;
+}
+
+// A place on a sender: [m], of the sky a unit direction.
+struct Point {
+  vec3 place, normal;  // normal: 127 times the surfel's
+  bool isSky;
+};
+
+// Point i of n that are spread over those of a node.
+Point pointOf(uint sender, uint i, uint n) {
+  uint first = pointWord[2u * sender], count = pointWord[2u * sender + 1u];
+  uint at = relumePoints + 4u * (first + (2u * i + 1u) * count / (2u * n)), bits = pointWord[at + 3u];
+  vec3 normal = vec3(int(bits << 24) >> 24, int(bits << 16) >> 24, int(bits << 8) >> 24);
+  return Point(uintBitsToFloat(uvec3(pointWord[at], pointWord[at + 1u], pointWord[at + 2u])), normal, bits >> 24 != 0u);
+}
+
+// Share of a cone about an axis at an angle of this cosine, `along`, that another covers.
+float coveredShare(float along, float cosine, Cone cone) {
+  cosine = clamp(cosine, -0.9995, 0.9995);
+  float c = cone.cosine * cosine, s = cone.sine * sqrt(1.0 - cosine * cosine);
+  return min((along - c + s) / (2.0 * s), 1.0) * (1.0 - cone.cosine) / (1.0 - c);
+}
+
+// Whether cones meet, or nearly do: those of links stand for clusters of any form, and their directions are rounded.
+bool meets(float along, float cosine, Cone cone) {
+  float wide = max(1.25 * clamp(cosine, -0.9995, 0.9995) - 0.29, -1.0), wide2 = max(1.0 - wide * wide, 1e-6);
+  return along >= cone.cosine * wide - cone.sine * sqrt(wide2) || wide <= -cone.cosine;
+}
+
+vec3 toGrid(uint number, vec3 direction) {
+  return direction.x * part[number].toGridX + direction.y * part[number].toGridY + direction.z * part[number].toGridZ;
+}
+
+// Radiosity that a ray of this direction in the shape's axes meets in a voxel at a distance [m]: that of the patch which
+// faces it most, of the voxel's box.
+vec3 radiosityAt(uint number, ivec3 v, vec3 direction, float distance_) {
+  uint shape = part[number].shape;
+  ivec3 box = v >> 3;
+  ivec2 boxes = ivec2(shapeWord[shape + RELUME_SHAPE_BOXES], shapeWord[shape + RELUME_SHAPE_BOXES + 1u]);
+  uint first = shapeWord[shape + RELUME_SHAPE_PATCH_OF] + 6u * uint((box.z * boxes.y + box.y) * boxes.x + box.x);
+  uint patches = shapeWord[shape + RELUME_SHAPE_PATCHES], found = number;
+  float best = 0.0;
+  for (uint i = 0u; i < 6u; ++i) {
+    uint each = shapeWord[first + i];
+    if (each == kRelumeNone) continue;
+    uint at = patches + RELUME_SHAPE_PATCH_WORDS * each + RELUME_PATCH_NORMAL;
+    float facing = -dot(direction, uintBitsToFloat(uvec3(shapeWord[at], shapeWord[at + 1u], shapeWord[at + 2u])));
+    if (facing <= best) continue;
+    best = facing;
+    found = part[number].firstPatch + each;
+  }
+  uint light = relumeFirstLight + 2u * found;
+  return movingLight[light].rgb + distance_ / (distance_ + 0.3 * part[number].radius) * movingLight[light + 1u].rgb;
+}
+
+// Whether a ray meets a part before `end`, which becomes the distance of the first, and the radiosity there.
+bool meetsPart(vec3 direction, inout float end, out vec3 radiosity) {
+  bool isMet = false;
+  radiosity = vec3(0.0);
+  for (uint w = 0u; 32u * w < relumePartCount; ++w) {
+    for (uint bits = nearPart[w]; bits != 0u; bits &= bits - 1u) {
+      uint number = 32u * w + uint(findLSB(bits));
+      vec3 offset = part[number].centre - place;
+      float along = dot(offset, direction), radius = part[number].radius;
+      float inside2 = radius * radius - dot(offset, offset) + along * along;  // half the chord, squared
+      if (!(inside2 > 0.0)) continue;
+      float half_ = sqrt(inside2);
+      if (along + half_ <= 0.0 || along - half_ >= end) continue;
+      vec3 inGrid = toGrid(number, direction);
+      vec3 origin = toGrid(number, place - part[number].origin) - part[number].gridOrigin;
+      ivec3 v;
+      float t;
+      if (!march(part[number].shape, origin, inGrid, min(end, along + 1.1 * half_), v, t)) continue;
+      end = t;
+      radiosity = radiosityAt(number, v, inGrid, t);
+      isMet = true;
+    }
+  }
+  return isMet;
+}
+
+// What parts hide of a link: its share, and times that the radiosity that is there in its place and the directions.
+struct Hidden {
+  float share;
+  vec3 radiosity, direction;
+};
+
+// Rays to places on a node; those that the cache or the sender turns its back on do not count.
+Hidden look(uint sender, uint rays) {
+  Hidden hidden = Hidden(0.0, vec3(0.0), vec3(0.0));
+  float all_ = 0.0;
+  for (uint i = 0u; i < rays; ++i) {
+    Point point = pointOf(sender, i, rays);
+    vec3 direction = point.place;
+    float size = kNever, weight = 1.0;
+    if (!point.isSky) {
+      vec3 way = point.place - place;
+      float d2 = dot(way, way);
+      size = sqrt(d2);
+      direction = way / size;
+      if (rays > 1u) weight = -dot(point.normal, direction) / d2;
+    }
+    if (onMap && rays > 1u) {
+      float cosine = dot(cacheNormal, direction);
+      if (!(cosine > 0.0)) continue;
+#if RELUME_LINK_KIND == RELUME_LINKS_IRRADIANCE
+      weight *= cosine;
+#endif
+    }
+    if (!(weight > 0.0)) continue;
+    all_ += weight;
+    float end = kSenderEnd * size;
+    vec3 radiosity;
+    if (!meetsPart(direction, end, radiosity)) continue;
+    hidden.share += weight;
+    hidden.radiosity += weight * radiosity;
+    hidden.direction += weight * direction;
+  }
+  if (!(hidden.share > 0.0)) return hidden;
+  return Hidden(hidden.share / all_, hidden.radiosity / all_, hidden.direction / all_);
+}
+
+// What a part far off hides of its sphere, by rays spread over the cone toward it, and the distance of what they meet.
+Hidden lookAround(Cone cone, out float distance_) {
+  vec3 axis = cone.axis;
+  vec3 side = normalize(abs(axis.x) < 0.7 ? vec3(0.0, axis.z, -axis.y) : vec3(-axis.z, 0.0, axis.x));
+  vec3 up = cross(axis, side);
+  Hidden hidden = Hidden(0.0, vec3(0.0), vec3(0.0));
+  distance_ = 0.0;
+  for (uint i = 0u; i < kFarRays; ++i) {
+    float radius = cone.sine * kFarDisc[i].z, t = kNever;
+    vec3 direction = normalize(axis + radius * (kFarDisc[i].x * side + kFarDisc[i].y * up)), radiosity;
+    if (!meetsPart(direction, t, radiosity)) continue;
+    hidden.share += 1.0;
+    hidden.radiosity += radiosity;
+    hidden.direction += direction;
+    distance_ += t;
+  }
+  if (hidden.share == 0.0) return hidden;
+  distance_ /= hidden.share;
+  return Hidden(hidden.share / float(kFarRays), hidden.radiosity / hidden.share, hidden.direction / hidden.share);
+}
+
+// Whether the plane of a sender crosses the axis of a cone beyond a distance; of one seen from the side the sender counts.
+bool isBehind(Point sender, Cone cone, float distance_) {
+  if (sender.isSky) return true;
+  vec3 way = sender.place - place;
+  float facing = dot(sender.normal, cone.axis);
+  if (facing < -12.7) return dot(sender.normal, way) < distance_ * facing;
+  return dot(way, way) > distance_ * distance_;
+}
+
+struct Link {
+  uint sender;
+  float transfer;
+  vec3 direction;  // and the cosine of its cone, of links that know them
+  float cosine;
+};
+
+// Link i of the row that begins at `begin` of what is bound.
+Link readLink(uint record, uint begin, uint i) {
+  Link link = Link(0u, 0.0, vec3(0.0), 0.0);
+#if RELUME_LINK_KIND == RELUME_LINKS_SH
+  link.sender = linkWord[relumeWordOffset + begin + i];
+  uint at = relumeHalfOffset + (begin + i) * relumeShapeStride;
+  vec2 pair = unpackHalf2x16(linkShapeWord[at >> 1]);
+  link.transfer = (at & 1u) == 0u ? pair.x : pair.y;
+#elif RELUME_LINK_KIND == RELUME_LINKS_CONE
+  uint at = relumeWordOffset + 3u * (begin + i);
+  vec2 transfer = unpackHalf2x16(linkWord[at + 1u]);
+  link = Link(linkWord[at], transfer.x, relumeUnpackOctahedral(linkWord[at + 2u]), transfer.y);
+#elif RELUME_LINK_KIND == RELUME_LINKS_REPACKED
+  uint four = begin + (i >> 2), word = linkWords[(relumeWordOffset >> 2) + four][i & 3u];
+  uint transfers = linkShapeWord[(relumeHalfOffset >> 1) + four] >> (8u * (i & 3u)) & 0xFFu;
+  link.sender = word & 0xFFFFu;
+  for (uint k = 0u; k < uint(RELUME_NODE_STEPS); ++k)
+    link.sender += i >= ((rowWord[record + 1u + (k >> 1)] >> (16u * (k & 1u))) & 0xFFFFu) ? 0x10000u : 0u;
+  link.transfer = unpackHalf2x16(transfers << 6).x;
+  link.direction = relumeUnpackDirection(word >> 16, 6);
+  link.cosine = relumeUnpackCone(word >> 16, 12, 4);
+#else
+  uint head = linkWord[relumeWordOffset + begin + i];
+  link.sender = head & 0xFFFFFu;
+  link.transfer = relumeUnpackTransfer(head);
+#if RELUME_LINK_KIND == RELUME_LINKS_OCT6
+  uint at = relumeHalfOffset + begin + i, bits = (linkShapeWord[at >> 1] >> (16u * (at & 1u))) & 0xFFFFu;
+  link.direction = relumeUnpackDirection(bits, 6);
+  link.cosine = relumeUnpackCone(bits, 12, 4);
+#endif
+#endif
+  return link;
+}
+
+// Whether a part may hide a link; share: of it that the sphere around the last part covers.
+bool isToward(Link link, out float share) {
+  bool toward = false;
+  share = 0.0;
+#if !RELUME_KNOWS_DIRECTIONS
+  // The middle of the sender, and a cone by what it transfers.
+  Point middle = pointOf(link.sender, 0u, 1u);
+  link.direction = middle.isSky ? middle.place : normalize(middle.place - place);
+  float solidAngle = kSolidAngle * link.transfer;
+#if RELUME_LINK_KIND == RELUME_LINKS_IRRADIANCE
+  // f = 2 y_0 * share of the irradiance: the cosine is in it
+  if (onMap) solidAngle *= 0.5 / max(dot(cacheNormal, link.direction), 0.1);
+#endif
+  link.cosine = 1.0 - solidAngle / (2.0 * kPi);
+#endif
+  for (uint w = 0u; 32u * w < relumePartCount; ++w) {
+    for (uint bits = nearPart[w]; bits != 0u; bits &= bits - 1u) {
+      uint number = 32u * w + uint(findLSB(bits));
+      if (isAround(number)) {
+        toward = true;
+        continue;
+      }
+      Cone cone = coneToward(number);
+      float along = dot(cone.axis, link.direction);
+      share = coveredShare(along, link.cosine, cone);
+#if RELUME_KNOWS_DIRECTIONS
+      toward = toward || meets(along, link.cosine, cone);
+#else
+      toward = toward || share > -1.0;
+#endif
+    }
+  }
+  return toward;
+}
+
+// Of RELUME_CACHES caches where threads share one: two words a thread.
+shared vec4 partial[RELUME_LANES > 1 ? RELUME_THREADS : 1][2];
+
+void main() {
+  uint lane = gl_LocalInvocationID.x % uint(RELUME_LANES), row = gl_LocalInvocationID.x / uint(RELUME_LANES);
+  uint cache = relumeFirstCache + gl_WorkGroupID.x * uint(RELUME_CACHES) + row;
+  bool inside = cache < relumeEndCache;
+  vec4 color = vec4(0.0), direction = vec4(0.0);  // w: transfer; transfer that the sphere covers before a far part
+  float farShare = 0.0;
+  bool isNear = false;
+  if (inside) {
+    uint at = relumePlaces + 6u * cache;
+    place = uintBitsToFloat(uvec3(pointWord[at], pointWord[at + 1u], pointWord[at + 2u]));
+    cacheNormal = uintBitsToFloat(uvec3(pointWord[at + 3u], pointWord[at + 4u], pointWord[at + 5u]));
+    onMap = cacheNormal != vec3(0.0);
+    isNear = findNear();
+  }
+  if (isNear) {
+    float distance_ = 0.0;
+    Hidden far = Hidden(0.0, vec3(0.0), vec3(0.0));
+    Cone cone = coneToward(lastNear);
+    if (isFar) far = lookAround(cone, distance_);
+    farShare = far.share;
+    uint record = cache * uint(RELUME_ROW_WORDS);
+    uint begin = rowWord[record] - relumeFirstLink, end = rowWord[record + uint(RELUME_ROW_WORDS)] - relumeFirstLink;
+    uint count = isFar && far.share == 0.0 ? 0u : RELUME_ROW_LINKS * (end - begin);
+    for (uint i = lane; i < count; i += uint(RELUME_LANES)) {
+      Link link = readLink(record, begin, i);
+      float share;
+      if (!(link.transfer > 0.0) || !isToward(link, share)) continue;
+      Hidden hidden = Hidden(0.0, vec3(0.0), vec3(0.0));
+      if (isFar) {
+        if (!(share > 0.0)) continue;
+        if (!isBehind(pointOf(link.sender, 0u, 1u), cone, distance_)) {
+          direction.w += link.transfer * share;
+          continue;
+        }
+        share *= far.share;
+        hidden = Hidden(share, share * far.radiosity, share * far.direction);
+      } else {
+        float wanted = min(kSolidAngle * link.transfer * rayDensity, float(kMostRays));
+        uint points = pointWord[2u * link.sender + 1u];
+        hidden = look(link.sender, clamp(uint(wanted), 1u, min(points, kMostRays)));
+        if (hidden.share == 0.0) continue;
+      }
+      color.rgb += link.transfer * (hidden.radiosity - hidden.share * relumeUnpackColor(node[link.sender]));
+      color.w += link.transfer * hidden.share;
+      direction.xyz += link.transfer * hidden.direction;
+    }
+  }
+#if RELUME_LANES > 1
+  partial[gl_LocalInvocationID.x][0] = color;
+  partial[gl_LocalInvocationID.x][1] = direction;
+  barrier();
+  if (lane != 0u) return;
+  for (uint k = 1u; k < uint(RELUME_LANES); ++k) {
+    color += partial[gl_LocalInvocationID.x + k][0];
+    direction += partial[gl_LocalInvocationID.x + k][1];
+  }
+#endif
+  if (!inside) return;
+  // Cones are wider than their senders: a far part most of which is hidden is left out.
+  bool changes = isNear && color.w > direction.w * farShare;
+  movingLight[2u * cache] = changes ? vec4(nearWeight * relumeRgbToYCoCg(color.rgb), color.w) : vec4(0.0);
+  if (changes) movingLight[2u * cache + 1u] = vec4(direction.xyz, 0.0);
+}
