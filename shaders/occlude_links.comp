@@ -291,7 +291,6 @@ Link readLink(uint record, uint begin, uint i) {
 
 // Whether a part may hide a link; share: of it that the sphere around the last part covers.
 bool isToward(Link link, out float share) {
-  bool toward = false;
   share = 0.0;
 #if !RELUME_KNOWS_DIRECTIONS
   // The middle of the sender, and a cone by what it transfers.
@@ -307,21 +306,18 @@ bool isToward(Link link, out float share) {
   for (uint w = 0u; 32u * w < relumePartCount; ++w) {
     for (uint bits = nearPart[w]; bits != 0u; bits &= bits - 1u) {
       uint number = 32u * w + uint(findLSB(bits));
-      if (isAround(number)) {
-        toward = true;
-        continue;
-      }
+      if (isAround(number)) return true;
       Cone cone = coneToward(number);
       float along = dot(cone.axis, link.direction);
       share = coveredShare(along, link.cosine, cone);
 #if RELUME_KNOWS_DIRECTIONS
-      toward = toward || meets(along, link.cosine, cone);
+      if (meets(along, link.cosine, cone)) return true;
 #else
-      toward = toward || share > -1.0;
+      if (share > -1.0) return true;
 #endif
     }
   }
-  return toward;
+  return false;
 }
 
 // Of RELUME_CACHES caches where threads share one: two words a thread.

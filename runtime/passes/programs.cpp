@@ -86,8 +86,9 @@ CacheGroup chooseCacheGroup(GroupThreads threads, const CacheBands& bands, std::
   return {kLanes, static_cast<int>(std::min<std::size_t>(sharedBytes / bytesPerCache, 4))};
 }
 
-CacheGroup chooseOccludeGroup(GroupThreads threads) {
-  return threads == GroupThreads::serial ? CacheGroup{1, 64} : CacheGroup{32, 1};
+CacheGroup chooseOccludeGroup(GroupThreads threads, std::uint32_t parts) {
+  // Mesa's software driver ends all loops of a thread after 65536 rounds: the more parts, the fewer links to a thread.
+  return threads == GroupThreads::serial && parts <= 64 ? CacheGroup{8, 8} : CacheGroup{32, 1};
 }
 
 PullGroup choosePullGroup(GroupThreads threads) {

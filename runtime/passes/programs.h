@@ -36,8 +36,8 @@ struct PullGroup {
 };
 PullGroup choosePullGroup(GroupThreads threads);
 
-// The same of occlude_links.comp.
-CacheGroup chooseOccludeGroup(GroupThreads threads);
+// The same of occlude_links.comp. parts: of a frame, at most.
+CacheGroup chooseOccludeGroup(GroupThreads threads, std::uint32_t parts);
 
 enum class ParameterType : std::uint8_t { uint1, uint2, uint3, float1, float3 };
 

@@ -3,6 +3,7 @@
 // driver runs those, too, so that machines without a GPU test them.
 #include "runtime/gl/gl_backend.h"
 
+#include "tests/runtime/ball.h"
 #include "tests/runtime/gl_test_support.h"
 #include "tests/runtime/random_tree.h"
 #include "tests/runtime/some_lights.h"
@@ -13,26 +14,32 @@ namespace {
 
 class GlGroups : public test::GlTest {};
 
-Owned<gl::GlBackend> make(const Bake& bake, int luma, int chroma, gpu::GroupThreads threads) {
+Owned<gl::GlBackend> make(const Bake& bake, int luma, int chroma, gpu::GroupThreads threads,
+                          std::uint32_t movingParts) {
   const Result<gl::Functions> functions = gl::loadFunctions(EglContext::getProcAddress);
   EXPECT_TRUE(functions) << (functions ? "" : functions.error().message);
   if (!functions) return nullptr;
-  auto made =
-      gl::GlBackend::create(*functions, bake, {luma, chroma, bake.links.kind == LinkKind::irradiance}, {}, ImageSizes(),
-                            GridTexture(std::pmr::new_delete_resource()), std::pmr::new_delete_resource(), 0, threads);
+  auto made = gl::GlBackend::create(*functions, bake, {luma, chroma, bake.links.kind == LinkKind::irradiance}, {},
+                                    ImageSizes(), GridTexture(std::pmr::new_delete_resource()),
+                                    std::pmr::new_delete_resource(), movingParts, threads);
   EXPECT_TRUE(made) << (made ? "" : made.error().message);
   return made ? std::move(*made) : nullptr;
 }
 
 // Two frames on both, so that bounces read what the first has written.
-void expectSame(const Bake& bake, int luma, int chroma) {
-  const auto software = make(bake, luma, chroma, gpu::GroupThreads::serial),
-             hardware = make(bake, luma, chroma, gpu::GroupThreads::parallel);
+void expectSame(const Bake& bake, int luma, int chroma, const MovingShapes* shapes = nullptr,
+                std::span<const MovingPart> parts = {}) {
+  const auto most = static_cast<std::uint32_t>(parts.size());
+  const auto software = make(bake, luma, chroma, gpu::GroupThreads::serial, most),
+             hardware = make(bake, luma, chroma, gpu::GroupThreads::parallel, most);
   ASSERT_TRUE(software && hardware);
   const std::vector<Light> lights = test::someLights();
   LightSetup setup;
   setup.lights = lights;
   setup.skyRadiance = {0.2f, 0.3f, 0.4f};
+  setup.movingShapes = shapes;
+  setup.movingParts = parts;
+  for (const auto* each : {&software, &hardware}) (*each)->reserve(setup);
   for (int frame = 0; frame < 2; ++frame) {
     software->relight(setup);
     hardware->relight(setup);
@@ -58,6 +65,23 @@ TEST_F(GlGroups, ofHardwareLightCachesOfAllKindsAlike) {
           test::makeSyntheticBake({.surfels = 2000, .skyPatches = 12, .linksPerCache = 61, .kind = kind, .bands = 4}),
           luma, chroma);
     }
+  }
+}
+
+TEST_F(GlGroups, ofHardwareOccludeLinksOfAllKindsAlike) {
+  const test::Ball ball(0.7f, 24);
+  const glm::vec3 red(0.8f, 0.2f, 0.1f);
+  const MovingMesh mesh{ball.position, ball.triangle, {&red, 1}};
+  const Result<MovingShapes> shapes = MovingShapes::create({&mesh, 1});
+  ASSERT_TRUE(shapes);
+  MovingPart parts[2];
+  parts[0].toWorld[3] = {6.0f, 2.0f, 3.0f};
+  parts[1].toWorld[3] = {2.0f, 1.0f, 1.5f};
+  for (const LinkKind kind : kLinkKinds) {
+    SCOPED_TRACE(std::to_string(static_cast<int>(kind)));
+    expectSame(
+        test::makeSyntheticBake({.surfels = 2000, .skyPatches = 12, .linksPerCache = 61, .kind = kind, .bands = 4}), 4,
+        2, &*shapes, parts);
   }
 }
 

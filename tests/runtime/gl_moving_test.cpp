@@ -10,8 +10,8 @@
 #include "tests/runtime/synthetic_bake.h"
 
 #include <epoxy/gl.h>
-#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -29,7 +29,8 @@ const glm::vec3 kMiddle(6.0f, 2.0f, 3.0f);  // of the synthetic room, 12 x 4 x 6
 class GlMoving : public test::GlTest {};
 
 Bake room(LinkKind kind) {
-  return test::makeSyntheticBake({.surfels = 4096, .skyPatches = 16, .lightmapCaches = 200, .linksPerCache = 100, .kind = kind});
+  return test::makeSyntheticBake(
+      {.surfels = 4096, .skyPatches = 16, .lightmapCaches = 200, .linksPerCache = 100, .kind = kind});
 }
 
 // A ball, a capsule along y and a box, each about the origin.
@@ -40,8 +41,9 @@ MovingShapes someShapes() {
     p = 0.6f * p;
     p.y += p.y > 0.0f ? 0.5f : -0.5f;
   }
-  const std::vector<glm::vec3> corner{{-0.4f, -0.3f, -0.5f}, {0.4f, -0.3f, -0.5f}, {-0.4f, 0.3f, -0.5f}, {0.4f, 0.3f, -0.5f},
-                                      {-0.4f, -0.3f, 0.5f},  {0.4f, -0.3f, 0.5f},  {-0.4f, 0.3f, 0.5f},  {0.4f, 0.3f, 0.5f}};
+  const std::vector<glm::vec3> corner{{-0.4f, -0.3f, -0.5f}, {0.4f, -0.3f, -0.5f}, {-0.4f, 0.3f, -0.5f},
+                                      {0.4f, 0.3f, -0.5f},   {-0.4f, -0.3f, 0.5f}, {0.4f, -0.3f, 0.5f},
+                                      {-0.4f, 0.3f, 0.5f},   {0.4f, 0.3f, 0.5f}};
   const std::vector<glm::uvec3> side{{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                                      {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   const glm::vec3 red(0.8f, 0.2f, 0.1f), grey(0.5f), blue(0.1f, 0.2f, 0.9f), glow(0.0f, 2.0f, 1.0f);
@@ -117,34 +119,176 @@ double relativeError(const std::vector<float>& expected, const std::vector<float
   return std::sqrt(error / all);
 }
 
+// Coefficients of three frames from darkness.
+std::vector<float> lit(Relighter& relighter, const LightSetup& setup) {
+  relighter.reset();
+  for (int frame = 0; frame < 3; ++frame) {
+    const Status ok = relighter.relight(setup);
+    EXPECT_TRUE(ok) << (ok ? "" : ok.error().message);
+  }
+  return relighter.cacheCoefficients();
+}
+
 TEST_F(GlMoving, givesTheLightOfTheCpu) {
   const MovingShapes shapes = someShapes();
   const std::vector<Light> lights = test::someLights();
   for (const LinkKind kind : kLinkKinds) {
     const Bake bake = room(kind);
     const std::vector<glm::vec3> sky(bake.hierarchy.skyDirection.size(), glm::vec3(0.2f, 0.3f, 0.5f));
-    Relighter cpu = relighterOf(bake, optionsOf(BackendKind::cpu, 40)), gl = relighterOf(bake, optionsOf(BackendKind::gl, 40));
-    Relighter plain = relighterOf(bake, optionsOf(BackendKind::cpu, 0));
+    Relighter cpu = relighterOf(bake, optionsOf(BackendKind::cpu, 40)),
+              gl = relighterOf(bake, optionsOf(BackendKind::gl, 40)),
+              plain = relighterOf(bake, optionsOf(BackendKind::gl, 0));
+    const LightSetup open = setupOf(lights, sky);
+    const std::vector<float> without = lit(plain, open);
     for (const auto& [name, parts] : someFrames()) {
       SCOPED_TRACE(std::string(linkKindName(kind)) + ", " + name);
-      cpu.reset();
-      gl.reset();
-      plain.reset();
-      LightSetup setup = setupOf(lights, sky), with = setup;
-      with.movingShapes = &shapes;
-      with.movingParts = parts;
-      for (int frame = 0; frame < 3; ++frame) {
-        ASSERT_TRUE(cpu.relight(with));
-        ASSERT_TRUE(gl.relight(with));
-        ASSERT_TRUE(plain.relight(setup));
+      LightSetup setup = open;
+      setup.movingShapes = &shapes;
+      setup.movingParts = parts;
+      const std::vector<float> expected = lit(cpu, setup), found = lit(gl, setup);
+      EXPECT_LT(test::coefficientDifference(expected, found, cpu.coefficientsPerCache()), 0.005);
+      EXPECT_LT(relativeError(expected, found), 0.001);
+      if (name == "none" || name == "outside") {
+        EXPECT_EQ(found, without);
+      } else {
+        EXPECT_GT(relativeError(without, found), 0.02);
       }
-      const std::vector<float> expected = cpu.cacheCoefficients(), found = gl.cacheCoefficients();
-      const double largest = test::coefficientDifference(expected, found, cpu.coefficientsPerCache());
-      const double changed = relativeError(plain.cacheCoefficients(), expected);
-      const double error = relativeError(expected, found);
-      std::printf("%-12s %-16s largest %.5f error %.6f changed %.5f\n", linkKindName(kind).data(), name.c_str(), largest, error, changed);
     }
   }
+}
+
+// All bands, one band, the grid's texture, and the map that glossy receivers read.
+TEST_F(GlMoving, takesPartInEveryKindOfResult) {
+  const MovingShapes shapes = someShapes();
+  const std::vector<Light> lights = test::someLights();
+  const Bake bake = room(LinkKind::oct6);
+  const std::vector<MovingPart> parts{at(0, kMiddle), at(2, {2.0f, 1.0f, 1.5f})};
+  for (const auto& [luma, chroma] : {std::pair{1, 1}, {3, 2}}) {
+    SCOPED_TRACE(luma);
+    std::vector<float> light[2];
+    glm::vec3 read[2];
+    for (const BackendKind backend : {BackendKind::cpu, BackendKind::gl}) {
+      RelightOptions options = optionsOf(backend, 2);
+      options.lumaBands = luma;
+      options.chromaBands = chroma;
+      options.gridTexture = options.glossy = true;
+      Relighter relighter = relighterOf(bake, options);
+      LightSetup setup = setupOf(lights, {});
+      setup.movingShapes = &shapes;
+      setup.movingParts = parts;
+      const auto i = static_cast<std::size_t>(backend == BackendKind::gl);
+      light[i] = lit(relighter, setup);
+      read[i] = relighter.irradianceInGrid({6.0f, 3.5f, 3.0f}, {0.0f, -1.0f, 0.0f}, GridLookup::texture);
+    }
+    EXPECT_LT(test::coefficientDifference(light[0], light[1], luma * luma + 2 * chroma * chroma), 0.005);
+    EXPECT_LT(glm::length(read[1] - read[0]), 0.005f * glm::length(read[0]));
+  }
+}
+
+// The host's shadows fall on parts, by the uniforms of a program of their own.
+TEST_F(GlMoving, standInTheHostsShadows) {
+  const MovingShapes shapes = someShapes();
+  const Bake bake = room(LinkKind::oct6);
+  const MovingPart part = at(0, kMiddle);
+  const Light lamp{.intensity = glm::vec3(50.0f), .positionWorld = {6.0f, 3.9f, 3.0f}};
+  const std::vector<glm::vec3> darkness(bake.surfels.count(), glm::vec3(0.0f));
+  LightSetup setup;
+  setup.lights = {&lamp, 1};
+  setup.surfelIrradiance = setup.surfelEmission = darkness;  // surfaces send nothing
+  setup.movingShapes = &shapes;
+  setup.movingParts = {&part, 1};
+  RelightOptions options = optionsOf(BackendKind::gl, 1);
+  options.visibilityGlsl = "uniform float open; float relumeVisibility(uint light, vec3 p, vec3 n) { return open; }";
+  Relighter relighter = relighterOf(bake, options);
+  const std::uint32_t program = relighter.gl()->movingProgram();
+  ASSERT_NE(program, 0u);
+  const auto seen = [&](float open) {
+    glProgramUniform1f(program, glGetUniformLocation(program, "open"), open);
+    lit(relighter, setup);
+    return relighter.irradianceInGrid({6.0f, 3.7f, 3.0f}, {0.0f, -1.0f, 0.0f}).r;
+  };
+  const float all = seen(1.0f);
+  EXPECT_GT(all, 0.05f);
+  EXPECT_NEAR(seen(0.5f), 0.5f * all, 0.02f * all);
+  EXPECT_EQ(seen(0.0f), 0.0f);
+  EXPECT_EQ(relighterOf(bake, optionsOf(BackendKind::gl, 0)).gl()->movingProgram(), 0u);
+}
+
+// Other shapes at the place in memory where some were before are other shapes, and parts leave no traces.
+TEST_F(GlMoving, shapesMayChangeAndPartsLeave) {
+  const Bake bake = room(LinkKind::cone);
+  const std::vector<Light> lights = test::someLights();
+  const MovingPart part = at(0, kMiddle);
+  Relighter relighter = relighterOf(bake, optionsOf(BackendKind::gl, 1));
+  LightSetup setup = setupOf(lights, {});
+  const std::vector<float> open = lit(relighter, setup);
+  std::optional<MovingShapes> shapes;
+  std::vector<std::vector<float>> found;
+  for (const float radius : {0.4f, 0.8f, 0.4f}) {
+    const test::Ball ball(radius, 24);
+    const glm::vec3 grey(0.5f);
+    const MovingMesh mesh{ball.position, ball.triangle, {&grey, 1}};
+    Result<MovingShapes> made = MovingShapes::create({&mesh, 1});
+    ASSERT_TRUE(made);
+    shapes.emplace(std::move(*made));
+    setup.movingShapes = &*shapes;
+    setup.movingParts = {&part, 1};
+    found.push_back(lit(relighter, setup));
+  }
+  EXPECT_EQ(found[0], found[2]);
+  EXPECT_GT(relativeError(found[0], found[1]), 0.01);
+  setup.movingParts = {};
+  EXPECT_EQ(lit(relighter, setup), open);
+}
+
+TEST_F(GlMoving, createsNoObjectAndAllocatesNothing) {
+  const MovingShapes shapes = someShapes();
+  const std::vector<Light> lights = test::someLights();
+  for (const LinkKind kind : kLinkKinds) {
+    SCOPED_TRACE(linkKindName(kind));
+    const Bake bake = room(kind);
+    RelightOptions options = optionsOf(BackendKind::gl, 40);
+    options.getProcAddress = test::countingLoader(0);
+    Relighter relighter = relighterOf(bake, options);
+    const auto frames = someFrames();
+    LightSetup setup = setupOf(lights, {});
+    setup.movingShapes = &shapes;
+    const auto run = [&] {
+      for (const auto& [name, parts] : frames) {
+        setup.movingParts = parts;
+        EXPECT_TRUE(relighter.relight(setup));
+      }
+      glFinish();
+    };
+    run();
+    test::forgetCalls(0);
+    const std::size_t before = test::allocations();
+    run();
+    EXPECT_GT(test::calls(0), 0);
+    EXPECT_EQ(test::objectsMade(0), 0);
+    EXPECT_EQ(test::allocations(), before);
+  }
+}
+
+TEST_F(GlMoving, refusesWhatTheCpuRefuses) {
+  const Bake bake = room(LinkKind::oct6);
+  const MovingShapes shapes = someShapes();
+  Relighter relighter = relighterOf(bake, optionsOf(BackendKind::gl, 2));
+  LightSetup setup;
+  setup.movingShapes = &shapes;
+  std::vector<MovingPart> parts(3);
+  setup.movingParts = parts;
+  EXPECT_FALSE(relighter.relight(setup));
+  parts.resize(1);
+  setup.movingParts = parts;
+  EXPECT_TRUE(relighter.relight(setup));
+  parts[0].toWorld[1].y = std::nanf("");
+  EXPECT_FALSE(relighter.relight(setup));
+  parts[0] = {.shape = 3};
+  EXPECT_FALSE(relighter.relight(setup));
+  bool named = false;
+  for (const PassTime& each : relighter.passTimes()) named = named || std::string(each.pass) == "moving parts";
+  EXPECT_TRUE(named);
 }
 
 }  // namespace

@@ -240,15 +240,21 @@ TEST(Shaders, passTheReferenceCompiler) {
         }
       }
     }
+    add("light_parts.comp", "comp", gpu::partLightProgram({luma, chroma, false}).allDefines());
     for (const LinkKind kind : kLinkKinds) {
       for (const auto threads : {gpu::GroupThreads::serial, gpu::GroupThreads::parallel}) {
         const CacheBands bands{luma, chroma, kind == LinkKind::irradiance};
         const gpu::CacheGroup group = gpu::chooseCacheGroup(threads, bands);
-        for (const bool map : {false, true}) {
-          add("light_caches.comp", "comp", gpu::cacheProgram(bands, kind, group, -1, map).allDefines());
-          if (kind != LinkKind::oct6) continue;
-          for (const int steps : {0, 5})
-            add("light_caches.comp", "comp", gpu::cacheProgram(bands, kind, group, steps, map).allDefines());
+        const auto addProgram = [&](const gpu::ProgramSource& source) {
+          add(source.path, "comp", source.allDefines());
+        };
+        for (const int steps : {-1, 0, 5}) {
+          if (steps >= 0 && kind != LinkKind::oct6) continue;
+          for (const bool map : {false, true}) {
+            for (const bool moving : {false, true})
+              addProgram(gpu::cacheProgram(bands, kind, group, steps, map, moving));
+          }
+          if (luma == 1) addProgram(gpu::occludeProgram(kind, gpu::chooseOccludeGroup(threads, 1), steps));
         }
       }
     }
