@@ -196,12 +196,19 @@ struct relume_bake : relume::c::Handle {
 
   relume::Bake bake;
 };
+struct relume_moving_shapes : relume::c::Handle {
+  relume_moving_shapes(std::shared_ptr<relume::c::Host> shared, relume::MovingShapes made)
+      : Handle(std::move(shared)), shapes(std::move(made)) {}
+
+  relume::MovingShapes shapes;
+};
 struct relume_relighter : relume::c::Handle {
   relume_relighter(std::shared_ptr<relume::c::Host> shared, relume::Relighter created, const relume::Bake& bake)
       : Handle(std::move(shared)),
         relighter(std::move(created)),
         lights(&host->memory),
         emissions(&host->memory),
+        parts(&host->memory),
         surfels(bake.surfels.count()),
         skyPatches(bake.hierarchy.skyDirection.size()),
         caches(bake.caches.count()) {}
@@ -209,5 +216,6 @@ struct relume_relighter : relume::c::Handle {
   relume::Relighter relighter;
   std::pmr::vector<relume::Light> lights;  // of the frame; these keep their memory
   std::pmr::vector<relume::MaterialEmission> emissions;
+  std::pmr::vector<relume::MovingPart> parts;
   std::size_t surfels, skyPatches, caches;
 };

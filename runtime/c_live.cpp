@@ -25,8 +25,6 @@ using namespace relume::c;
 
 static_assert(sizeof(glm::mat4x3) == 12 * sizeof(float) && sizeof(glm::uvec3) == 3 * sizeof(unsigned int));
 
-glm::mat4x3 transform(const float* v) { return {vec3(v), vec3(v + 3), vec3(v + 6), vec3(v + 9)}; }
-
 // What a description hands over, as the C++ API takes it. The arrays stay the host's.
 struct Geometry {
   std::vector<relume::VoxelSurface> surfaces;

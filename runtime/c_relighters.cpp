@@ -10,11 +10,24 @@
 
 namespace {
 
+using relume::Owned;
 using relume::Result;
 using relume::Status;
 using namespace relume::c;
 
 static_assert(sizeof(glm::vec2) == 2 * sizeof(float));
+
+// The parts of a frame, in place of those that were there. Numbers are the relighter's to check.
+Status readParts(const relume_light_setup& read, std::pmr::vector<relume::MovingPart>& parts) {
+  if (read.moving_parts == nullptr && read.moving_part_count > 0) return nullPointer("setup.moving_parts");
+  if (read.moving_part_count > relume::kMaxMovingParts)
+    return usage("setup.moving_part_count is " + std::to_string(read.moving_part_count) + ", expected at most " +
+                 std::to_string(relume::kMaxMovingParts));
+  parts.clear();
+  for (std::size_t i = 0; i < read.moving_part_count; ++i)
+    parts.push_back({read.moving_parts[i].shape, transform(read.moving_parts[i].to_world)});
+  return relume::done();
+}
 
 std::span<const glm::vec2> points(const float* v, std::size_t count) {
   return {reinterpret_cast<const glm::vec2*>(v), count};
@@ -43,6 +56,7 @@ relume_status relume_relighter_create(relume_bake* bake, const relume_relighter_
     options.gridTexture = read.grid_texture != 0;
     if (read.grid_trust != 0.0f) options.gridTrust = read.grid_trust;
     if (read.grid_texture_bytes != 0) options.gridTextureBytes = read.grid_texture_bytes;
+    options.movingParts = read.moving_parts;
     options.parallelFor = parallelForOf(*bake->host);
     if (read.visibility_glsl != nullptr) options.visibilityGlsl = read.visibility_glsl;
     if (read.get_proc_address != nullptr) {
@@ -59,7 +73,9 @@ relume_status relume_relighter_create(relume_bake* bake, const relume_relighter_
     options.memory = &bake->host->memory;
     Result<relume::Relighter> created = relume::Relighter::create(bake->bake, options);
     if (!created) return created.error();
-    *relighter = makeHandle<relume_relighter>(bake->host, std::move(*created), bake->bake).release();
+    Owned<relume_relighter> made = makeHandle<relume_relighter>(bake->host, std::move(*created), bake->bake);
+    made->parts.reserve(options.movingParts);
+    *relighter = made.release();
     return relume::done();
   });
 }
@@ -95,6 +111,9 @@ relume_status relume_relight(relume_relighter* relighter, const relume_light_set
           {from.material, vec3(from.radiance), vectors(from.image, from.texel_count), from.texture});
     }
     relume::LightSetup frame;
+    if (Status ok = readParts(read, relighter->parts); !ok) return ok;
+    frame.movingParts = relighter->parts;
+    frame.movingShapes = read.moving_shapes == nullptr ? nullptr : &read.moving_shapes->shapes;
     frame.lights = relighter->lights;
     frame.materialEmissions = relighter->emissions;
     frame.visibilityBatch = visibilityOf(read);
@@ -340,4 +359,9 @@ relume_status relume_gl_bind_resolve(const relume_relighter* relighter) {
 unsigned int relume_gl_surfel_program(const relume_relighter* relighter) {
   const relume::GlResolve* gl = relighter == nullptr ? nullptr : relighter->relighter.gl();
   return gl == nullptr ? 0 : gl->surfelProgram();
+}
+
+unsigned int relume_gl_moving_program(const relume_relighter* relighter) {
+  const relume::GlResolve* gl = relighter == nullptr ? nullptr : relighter->relighter.gl();
+  return gl == nullptr ? 0 : gl->movingProgram();
 }

@@ -4,6 +4,7 @@
 
 #include "runtime/c_handles.h"
 
+#include <glm/mat4x3.hpp>
 #include <glm/vec3.hpp>
 
 #include <cstddef>
@@ -15,6 +16,8 @@ namespace relume::c {
 static_assert(sizeof(glm::vec3) == 3 * sizeof(float));
 
 inline glm::vec3 vec3(const float* v) { return {v[0], v[1], v[2]}; }
+// Columns, then the translation.
+inline glm::mat4x3 transform(const float* v) { return {vec3(v), vec3(v + 3), vec3(v + 6), vec3(v + 9)}; }
 inline std::span<const glm::vec3> vectors(const float* v, std::size_t count) {
   return {reinterpret_cast<const glm::vec3*>(v), v == nullptr ? 0 : count};
 }

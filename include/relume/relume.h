@@ -67,6 +67,7 @@ typedef struct relume_context relume_context;
 typedef struct relume_bake relume_bake;
 typedef struct relume_relighter relume_relighter;
 typedef struct relume_live relume_live;
+typedef struct relume_moving_shapes relume_moving_shapes;
 
 /* Runs task(task_data, 0) .. task(task_data, tasks - 1), in any order and on any threads, and returns when all are
  * done. */
@@ -92,7 +93,8 @@ typedef struct relume_context_desc {
    * neither; NULL = the global operators new and delete. Exempt are texts (of errors, names, provenance, GLSL), a few
    * hundred bytes while a file is opened and read, the OpenGL driver's own memory, and the file, which is mapped.
    * Called on the threads that call the library, at the same time where those do; the last call is that of the last
-   * handle's destruction. After the first frame only a frame with more lights than any before allocates. */
+   * handle's destruction. After the first frame only a frame with more lights or moving parts than any before, or with
+   * other shapes, allocates. */
   relume_allocate allocate;
   relume_deallocate deallocate;
 } relume_context_desc;
@@ -192,6 +194,7 @@ typedef struct relume_relighter_desc {
    * (relighter.h); 0 = the default, 0.35 */
   float grid_trust;
   unsigned int grid_texture_bytes; /* of the texture, 72 a point; 0 = the default, 4 MiB */
+  unsigned int moving_parts;       /* [0..256] most of relume_light_setup.moving_parts in a frame; 0 = none */
 } relume_relighter_desc;
 
 /* desc: NULL = defaults. With RELUME_BACKEND_GL an OpenGL 4.3 core context must be current, here and in every call.
@@ -231,6 +234,37 @@ typedef struct relume_material_emission {
       texture; /* RELUME_BACKEND_GL: in place of image, a GL_TEXTURE_2D of that size with its mip levels; or 0 */
 } relume_material_emission;
 
+/* What moves through a baked level and takes part in its indirect light (relume/moving_shapes.h): it shadows the light
+ * that surfaces send to each other, and reflects what falls on it. Rigid meshes become shapes once; each frame says
+ * which of them stand where. No struct_size: an array of them is handed over. */
+typedef struct relume_moving_mesh {
+  const float* positions; /* [m] within 1e8: three floats a vertex, in the mesh's own axes */
+  size_t position_count;
+  const unsigned int* triangles; /* three vertices each; the front is counter-clockwise */
+  size_t triangle_count;         /* [at least 1] */
+  const float* albedo;           /* [0..1] three floats each */
+  size_t albedo_count;           /* [1 or triangle_count] */
+  const float* emission;         /* [W/m^2/sr] [0..1e9] of the fronts, three floats each; NULL = none */
+  size_t emission_count;         /* [0, 1 or triangle_count] */
+} relume_moving_mesh;
+
+/* A shape as it stands in a frame. No struct_size: an array of them is handed over. */
+typedef struct relume_moving_part {
+  unsigned int shape; /* index into the meshes of relume_moving_shapes_create() */
+  /* Columns x, y, z, then the translation; numbers within 1e8. May mirror; one that flattens the shape hides the part.
+   */
+  float to_world[12];
+} relume_moving_part;
+
+/* Meshes are read within the call. The text is the context's. Shapes may serve any number of relighters, on any threads
+ * at once, and must live until the last relume_relight() that names them has returned. What they take is taken by the
+ * global operator new.
+ * RELUME_ERROR_USAGE: a null array with a count, no triangles, an index out of range, a count of colours that does not
+ * fit, a number that is not finite or out of its range: the text names mesh, vertex or triangle. */
+RELUME_API relume_status relume_moving_shapes_create(relume_context* context, const relume_moving_mesh* meshes,
+                                                     size_t mesh_count, relume_moving_shapes** shapes);
+RELUME_API void relume_moving_shapes_destroy(relume_moving_shapes* shapes);
+
 typedef struct relume_light_setup {
   size_t struct_size;
   const relume_light* lights;
@@ -248,6 +282,11 @@ typedef struct relume_light_setup {
   /* Materials whose light is not the baked one, each at most once. Not together with surfel_emission. */
   const relume_material_emission* material_emissions;
   size_t material_emission_count;
+  /* What stands where in this frame, at most relume_relighter_desc.moving_parts of them. They are lit by `lights`, with
+   * `visibility` (CPU) or visibility_glsl (OpenGL), and by last frame's grid. */
+  const relume_moving_part* moving_parts;
+  size_t moving_part_count;
+  const relume_moving_shapes* moving_shapes; /* what moving_parts name; may be NULL where there are none */
 } relume_light_setup;
 
 /* Zeros but for struct_size, emission_scale and bounce_scale. Use it: zeros would switch emitters and bounces off.
@@ -369,6 +408,8 @@ RELUME_API const char* relume_gl_resolve_glsl(const relume_relighter* relighter)
 RELUME_API relume_status relume_gl_bind_resolve(const relume_relighter* relighter);
 /* Name of the program that lights the surfels, for the shadow uniforms of visibility_glsl; 0 on the CPU. */
 RELUME_API unsigned int relume_gl_surfel_program(const relume_relighter* relighter);
+/* The same of the program that lights moving parts, whose uniforms are its own; 0 without moving_parts as well. */
+RELUME_API unsigned int relume_gl_moving_program(const relume_relighter* relighter);
 
 /* ---- Light without a bake: relume/live_light.h says what it is. Its own memory comes from the global operators new
  * and delete, whatever the context has. Threads: as a relighter's, with relume_live_update() in place of

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Moving parts in OpenGL: the light of the CPU backend, for balls, capsules and boxes, none, one outside and many; no
 // bit of other frames changes; and a frame makes no object and takes no memory.
+#include "relume/bake_file.h"
 #include "relume/relighter.h"
+#include "relume/relume.h"
 #include "tests/runtime/allocations.h"
 #include "tests/runtime/ball.h"
+#include "tests/runtime/c_handles.h"
+#include "tests/runtime/c_lights.h"
 #include "tests/runtime/counting_loader.h"
 #include "tests/runtime/gl_test_support.h"
 #include "tests/runtime/some_lights.h"
@@ -268,6 +272,61 @@ TEST_F(GlMoving, createsNoObjectAndAllocatesNothing) {
     EXPECT_EQ(test::objectsMade(0), 0);
     EXPECT_EQ(test::allocations(), before);
   }
+}
+
+// Through relume.h: the same light, and the program for uniforms.
+TEST_F(GlMoving, servesTheCApi) {
+  Bake bake = room(LinkKind::oct6);
+  bake.instances = std::vector<BakedInstance>{{"room", {}, {}}};
+  bake.caches.lightmap.parts = std::vector<LightmapPart>(1);
+  const Result<std::vector<std::byte>> bytes = serializeBake(bake);
+  ASSERT_TRUE(bytes) << bytes.error().message;
+  test::Handles h;
+  relume_context_desc describe{};
+  describe.struct_size = sizeof describe;
+  describe.api_version = RELUME_API_VERSION;
+  ASSERT_EQ(relume_context_create(&describe, &h.context), RELUME_OK);
+  ASSERT_EQ(relume_bake_from_memory(h.context, bytes->data(), bytes->size(), nullptr, nullptr, &h.bake), RELUME_OK);
+  relume_relighter_desc desc{};
+  desc.struct_size = sizeof desc;
+  desc.backend = RELUME_BACKEND_GL;
+  desc.get_proc_address = [](void*, const char* name) { return EglContext::getProcAddress(name); };
+  desc.moving_parts = 1;
+  ASSERT_EQ(relume_relighter_create(h.bake, &desc, &h.relighter), RELUME_OK) << relume_bake_error(h.bake);
+  EXPECT_NE(relume_gl_moving_program(h.relighter), 0u);
+
+  const test::Ball ball(0.6f, 24);
+  const float grey[3] = {0.5f, 0.5f, 0.5f};
+  const relume_moving_mesh mesh = {
+      &ball.position[0].x, ball.position.size(), &ball.triangle[0].x, ball.triangle.size(), grey, 1, nullptr, 0};
+  relume_moving_shapes* shapes = nullptr;
+  ASSERT_EQ(relume_moving_shapes_create(h.context, &mesh, 1, &shapes), RELUME_OK);
+  const relume_moving_part part = {0, {1, 0, 0, 0, 1, 0, 0, 0, 1, kMiddle.x, kMiddle.y, kMiddle.z}};
+  const std::vector<Light> lights = test::someLights();
+  const std::vector<relume_light> cLights = test::cLights(lights);
+  relume_light_setup setup;
+  relume_light_setup_default(&setup, sizeof setup);
+  setup.lights = cLights.data();
+  setup.light_count = cLights.size();
+  setup.moving_parts = &part;
+  setup.moving_part_count = 1;
+  setup.moving_shapes = shapes;
+  for (int frame = 0; frame < 3; ++frame)
+    ASSERT_EQ(relume_relight(h.relighter, &setup), RELUME_OK) << relume_relighter_error(h.relighter);
+  std::vector<float> found(relume_coefficients_per_cache(h.relighter) * bake.caches.count());
+  ASSERT_EQ(relume_cache_coefficients(h.relighter, found.data(), found.size() * sizeof(float)), RELUME_OK);
+
+  Relighter same = relighterOf(bake, optionsOf(BackendKind::gl, 1));
+  const glm::vec3 albedo(0.5f);
+  const MovingMesh cppMesh{ball.position, ball.triangle, {&albedo, 1}};
+  const Result<MovingShapes> cppShapes = MovingShapes::create({&cppMesh, 1});
+  ASSERT_TRUE(cppShapes);
+  const MovingPart cppPart = at(0, kMiddle);
+  LightSetup cppSetup = setupOf(lights, {});
+  cppSetup.movingShapes = &*cppShapes;
+  cppSetup.movingParts = {&cppPart, 1};
+  EXPECT_EQ(lit(same, cppSetup), found);
+  relume_moving_shapes_destroy(shapes);
 }
 
 TEST_F(GlMoving, refusesWhatTheCpuRefuses) {
