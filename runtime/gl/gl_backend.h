@@ -40,7 +40,10 @@ class GlBackend final : public Backend, public GlResolve {
         coefficients_(memory),
         texels_(memory) {}
 
-  Status checkTextures(const LightSetup& setup) const override { return gl::checkTextures(gl_, setup, imageSizes_); }
+  Status checkTextures(const LightSetup& setup) const override {
+    if (Status ok = plan_->checkShapes(setup); !ok) return ok;
+    return gl::checkTextures(gl_, setup, imageSizes_);
+  }
   void reserve(const LightSetup& setup) override;
   void relight(const LightSetup& setup) override;
   void reset() override;

@@ -88,6 +88,8 @@ class FramePlan {
   std::size_t movingBytes() const { return sizeof(std::uint32_t) * moving_.shapeWord.capacity(); }
   std::uint32_t movingParts() const { return moving_.most; }
 
+  // unsupported: moving shapes that are too many for one buffer.
+  Status checkShapes(const LightSetup& setup) const;
   // Take the memory of frame(setup). Throws std::bad_alloc.
   void reserve(const LightSetup& setup);
   // `setup` has passed checkSetup(), checkEmissions() and reserve().

@@ -39,6 +39,16 @@ void FramePlan::makeMovingBuffers(std::uint32_t parts) {
             (moving_.firstLight + 2 * std::size_t{parts} * (1 + kMaxShapePatches)) * sizeof(glm::vec4));
 }
 
+Status FramePlan::checkShapes(const LightSetup& setup) const {
+  if (setup.movingParts.empty() || moving_.shapes == setup.movingShapes->id()) return done();
+  // No shape is larger there than here.
+  const std::size_t bytes = setup.movingShapes->bytes();
+  if (bytes <= device_.storageBytes) return done();
+  return Error{ErrorCode::unsupported, "light setup: movingShapes has " + std::to_string(setup.movingShapes->count()) +
+                                           " shapes of " + std::to_string(bytes) +
+                                           " bytes, this device binds at most " + std::to_string(device_.storageBytes)};
+}
+
 void FramePlan::reserveMoving(const LightSetup& setup) {
   if (setup.movingParts.empty() || moving_.shapes == setup.movingShapes->id()) return;
   // Until they are packed, there are none.

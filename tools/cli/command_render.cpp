@@ -119,8 +119,7 @@ Status readOptions(const RenderArguments& arguments, RenderRequest& request) {
   if (!exponent) return exponent.error();
   request.exponent = *exponent;
   request.gloss = arguments.sceneOptions.gloss;
-  if (arguments.dynamic == "solid" && (arguments.bake.empty() || arguments.backend != "cpu"))
-    return usage("--dynamic solid needs --bake and --backend cpu");
+  if (arguments.dynamic == "solid" && arguments.bake.empty()) return usage("--dynamic solid needs --bake");
   return checkLive(arguments, request);
 }
 

@@ -399,6 +399,7 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   options.getProcAddress = EglContext::getProcAddress;
   auto relit = relightRequest(request, options, {}, [&](const Relighter& relighter) {
     shadows->setUniforms(relighter.gl()->surfelProgram());
+    if (const GLuint program = relighter.gl()->movingProgram(); program != 0) shadows->setUniforms(program);
     shadows->bind();
   });
   if (!relit) return relit.error();

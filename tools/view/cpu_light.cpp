@@ -3,7 +3,6 @@
 #include <epoxy/gl.h>
 
 #include "formats/pack.h"
-#include "tools/render/moving_parts.h"
 #include "tools/view/cpu_light.h"
 
 #include <algorithm>
@@ -38,7 +37,6 @@ CpuLight::CpuLight(const Scene& scene, const Bake& bake, RayShadows shadows, std
     : scene_(&scene),
       bake_(&bake),
       nodes_(movingNodes(scene)),
-      parts_(movingParts(scene)),
       moved_(nodes_.size(), glm::mat4(1.0f)),
       shadows_(std::move(shadows)),
       threads_(std::move(threads)),
@@ -55,53 +53,35 @@ Result<CpuLight> CpuLight::create(const Scene& scene, const Bake& bake, const Re
   options.parallelFor = [pool = threads.get()](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
     pool->run(tasks, body);
   };
-  const std::size_t parts = movingParts(scene).size();
-  std::optional<MovingShapes> shapes;
-  if (parts > 0 && parts <= kMaxMovingParts) {
-    auto made = movingShapes(scene);
-    if (!made) return made.error();
-    shapes.emplace(std::move(*made));
-    options.movingParts = static_cast<std::uint32_t>(parts);
-  }
   auto relighter = Relighter::create(bake, options);
   if (!relighter) return relighter.error();
   if (previous) {
     const Status inherited = relighter->inherit(*previous, bake);
     if (!inherited && inherited.error().code != ErrorCode::unsupported) return inherited.error();
   }
-  CpuLight light(scene, bake, std::move(*shadows), std::move(threads), std::move(*relighter));
-  light.shapes_ = std::move(shapes);
-  return light;
+  return CpuLight(scene, bake, std::move(*shadows), std::move(threads), std::move(*relighter));
 }
 
-// What moves, for rays and for light over links.
+// What moves, for rays.
 Status CpuLight::place(std::span<const glm::mat4> moved) {
   std::vector<glm::mat4> toWorld;
   for (const Instance& instance : scene_->instances) toWorld.push_back(instance.toWorld);
-  std::size_t part = 0;
-  std::vector<MovingPart> parts = parts_;
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     for (std::uint32_t i = 0; i < nodes_[k].instanceCount; ++i) {
       glm::mat4& to = toWorld[nodes_[k].firstInstance + i];
       to = moved[k] * to;
-      parts[part++].toWorld = glm::mat4x3(to);
     }
   }
   if (Status ok = shadows_.place(toWorld); !ok) return ok;
-  parts_ = std::move(parts);
   moved_.assign(moved.begin(), moved.end());
   return done();
 }
 
-Status CpuLight::relight(LightSetup setup, std::span<const glm::mat4> moved, bool withParts) {
+Status CpuLight::relight(LightSetup setup, std::span<const glm::mat4> moved) {
   if (!std::ranges::equal(moved, moved_)) {
     if (Status ok = place(moved); !ok) return ok;
   }
   setup.visibility = shadows_.visibility(setup.lights);
-  if (shapes_ && withParts) {
-    setup.movingShapes = &*shapes_;
-    setup.movingParts = parts_;
-  }
   return relighter_.relight(setup);
 }
 

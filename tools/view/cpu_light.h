@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Light over links by the CPU backend, drawn by OpenGL: relights on the processor's cores, with shadows by rays, and
 // puts what the caches hold where the GL backend keeps its own (GlResolveInputs). Dynamic objects cast shadows from
-// where they are, and shadow and reflect light over links (relume/moving_shapes.h).
+// where they are.
 #pragma once
 
 #include "relume/bake/scene.h"
 #include "relume/bake_data.h"
-#include "relume/moving_shapes.h"
 #include "relume/relighter.h"
 #include "runtime/shared/bands.h"
 #include "tools/base/worker_threads.h"
@@ -17,7 +16,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -26,16 +24,14 @@ namespace relume {
 class CpuLight {
  public:
   // `like`: the GL relighter of the same bake that draws, whose bands it has; `previous`: whose light it begins with,
-  // null = none; `options`: its images. Errors of Relighter and RayTracer. Scene and bake must outlive it.
+  // null = none; `options`: its images, and how many parts move. Errors of Relighter and RayTracer. Scene and bake must
+  // outlive it.
   static Result<CpuLight> create(const Scene& scene, const Bake& bake, const Relighter& like, const Relighter* previous,
                                  RelightOptions options);
 
-  // Relighter::relight(), visibility and moving parts of the setup being its own. moved[k] comes after the own
-  // transforms of movingNodes()[k]. withParts: what moves takes part in light over links, where hasParts(). Errors of
-  // RayTracer as well. [Size moved: movingNodes()]
-  Status relight(LightSetup setup, std::span<const glm::mat4> moved, bool withParts);
-  // Whether something moves, and no more than kMaxMovingParts.
-  bool hasParts() const { return shapes_.has_value(); }
+  // Relighter::relight(), the visibility of the setup being its own. moved[k] comes after the own transforms of
+  // movingNodes()[k]. Errors of RayTracer as well. [Size moved: movingNodes()]
+  Status relight(LightSetup setup, std::span<const glm::mat4> moved);
   // Put its light into what `inputs` names, of the relighter that it was made like.
   void upload(const GlResolveInputs& inputs) const;
   Relighter& relighter() { return relighter_; }
@@ -49,9 +45,7 @@ class CpuLight {
   const Scene* scene_;
   const Bake* bake_;
   std::vector<MovingNode> nodes_;
-  std::optional<MovingShapes> shapes_;  // of the dynamic instances, in their order
-  std::vector<MovingPart> parts_;       // those, where they were last placed
-  std::vector<glm::mat4> moved_;        // by these [Size nodes_]
+  std::vector<glm::mat4> moved_;  // as they were last placed [Size nodes_]
   RayShadows shadows_;
   std::unique_ptr<WorkerThreads> threads_;
   Relighter relighter_;

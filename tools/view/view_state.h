@@ -113,7 +113,7 @@ struct ViewState {
   bool relight = true;              // false freezes the light over links
   double liveStep = 0.0;  // [s] > 0: without a bake each frame waits for light of its own, so long after the one before
   std::vector<ViewedObject> objects;
-  bool movingParts = true;  // with a bake, on the CPU: objects shadow and reflect light over links
+  bool movingParts = true;  // with a bake: objects shadow and reflect light over links
   bool panel = true;        // whether the panel is shown
   bool handles = true;      // and the lights' icons and gizmos
 };

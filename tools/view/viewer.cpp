@@ -87,6 +87,9 @@ Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSiz
     if (auto program = viewer.shading_.program(viewer.shownKind_, nullptr); !program) return program.error();
     viewer.live_.emplace(std::move(*live));
   } else {
+    auto parts = LevelParts::create(loaded.scene);
+    if (!parts) return parts.error();
+    viewer.parts_ = std::move(*parts);
     const bool inherits = previous && !previous->live();
     if (Status ok = viewer.build(state.relightBy, inherits ? &previous->relighter() : nullptr); !ok) return ok.error();
     auto overlays = Overlays::create(bake);
@@ -116,15 +119,19 @@ Status Viewer::choose(const RelightChoice& choice) {
 
 // Relighter and programs of a choice, in place of those that are there.
 Status Viewer::build(const RelightChoice& choice, const Relighter* previous) {
-  auto relighter = makeRelighter(*bake_, options_, choice.bands, previous);
+  const bool byCpu = choice.backend == BackendKind::cpu;
+  RelightOptions options = options_;
+  options.movingParts = byCpu ? 0 : parts_.count();
+  auto relighter = makeRelighter(*bake_, options, choice.bands, previous);
   if (!relighter) return relighter.error();
   Shading shading;
   if (auto program = shading.program(shownKind_, &*relighter); !program) return program.error();
   std::optional<CpuLight> cpu;
-  if (choice.backend == BackendKind::cpu) {
-    RelightOptions options;
-    options.drivenImages = options_.drivenImages;
-    auto made = CpuLight::create(loaded_->scene, *bake_, *relighter, previous, options);
+  if (byCpu) {
+    RelightOptions cpuOptions;
+    cpuOptions.drivenImages = options_.drivenImages;
+    cpuOptions.movingParts = parts_.count();
+    auto made = CpuLight::create(loaded_->scene, *bake_, *relighter, previous, cpuOptions);
     if (!made) return made.error();
     cpu.emplace(std::move(*made));
   }
@@ -139,8 +146,13 @@ Status Viewer::build(const RelightChoice& choice, const Relighter* previous) {
 // The light over links that the state asks for.
 Status Viewer::relight(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved) {
   shadows_.setUniforms(gl_->gl()->surfelProgram());
+  if (const GLuint program = gl_->gl()->movingProgram(); program != 0) shadows_.setUniforms(program);
   shadows_.bind();
   LightSetup setup;
+  if (state.movingParts) {
+    parts_.place(moved);
+    parts_.addTo(setup);
+  }
   setup.lights = lights;
   setup.emissionScale = glm::vec3(state.emission);
   std::vector<MaterialEmission> emissions;
@@ -163,7 +175,7 @@ Status Viewer::relight(const ViewState& state, const std::vector<Light>& lights,
   // So many bounces and no more: so many frames from nothing.
   if (state.bounces > 0) relighter().reset();
   for (int frame = 0; frame < std::max(state.bounces, 1); ++frame) {
-    if (Status ok = cpu_ ? cpu_->relight(setup, moved, state.movingParts) : gl_->relight(setup); !ok) return ok;
+    if (Status ok = cpu_ ? cpu_->relight(setup, moved) : gl_->relight(setup); !ok) return ok;
   }
   if (cpu_) cpu_->upload(gl_->gl()->inputs());
   return done();

@@ -13,6 +13,7 @@
 #include "tools/gl_scene/shadow_maps.h"
 #include "tools/view/backdrop.h"
 #include "tools/view/cpu_light.h"
+#include "tools/view/level_parts.h"
 #include "tools/view/live_shading.h"
 #include "tools/view/loaded_level.h"
 #include "tools/view/overlays.h"
@@ -74,7 +75,7 @@ class Viewer {
   Relighter& relighter() { return cpu_ ? cpu_->relighter() : *gl_; }
   const Relighter& relighter() const { return cpu_ ? cpu_->relighter() : *gl_; }
   // Whether what moves can shadow and reflect its light over links.
-  bool hasMovingParts() const { return cpu_ && cpu_->hasParts(); }
+  bool hasMovingParts() const { return parts_.count() > 0; }
   // The bands it lights with, as "Y4Co2Cg2".
   std::string bands() const { return live_ ? "Y3Co3Cg3" : bandsName({gl_->lumaBands(), gl_->chromaBands()}); }
 
@@ -99,6 +100,7 @@ class Viewer {
   std::optional<LiveShading> live_;  // one of this and gl_ from create() on
   std::optional<Relighter> gl_;      // draws by what it holds
   std::optional<CpuLight> cpu_;      // that fills it, where the CPU was chosen
+  LevelParts parts_;                 // of a level with a bake
   RelightChoice choice_;
   std::optional<std::pair<std::vector<Light>, std::vector<glm::mat4>>> shadowed_;  // what the shadow maps are of
   GlProgram depthProgram_;
