@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // What moving parts hide of the links of each cache, and what they give in its place: OccludeLinks of
 // runtime/cpu/occlude_links.h, which says how and which a test compares. The change is one cone of light a cache, which
-// light_caches.comp adds to its sums. RELUME_LANES threads share a cache, RELUME_CACHES caches a work group of
-// RELUME_THREADS. RELUME_LINK_KIND: lib/link_sums.glsl.
+// light_caches.comp adds to its sums. A work group of RELUME_THREADS lists those of its RELUME_CACHES caches that are near
+// a part, then cuts the links of each into RELUME_LANES shares, which its threads take in turn. RELUME_LINK_KIND:
+// lib/link_sums.glsl.
 #include "shared/layout.h"
 #include "lib/pack.glsl"
 #include "lib/color.glsl"
@@ -320,45 +321,52 @@ bool isToward(Link link, out float share) {
   return false;
 }
 
-// Of RELUME_CACHES caches where threads share one: two words a thread.
-shared vec4 partial[RELUME_LANES > 1 ? RELUME_THREADS : 1][2];
+// Of the group, the caches that are near, and what each share of their links changes.
+shared uint nearCaches;
+shared uint nearCache[RELUME_CACHES];
+shared vec4 partial[RELUME_CACHES][RELUME_LANES][2];
 
-void main() {
-  uint lane = gl_LocalInvocationID.x % uint(RELUME_LANES), row = gl_LocalInvocationID.x / uint(RELUME_LANES);
-  uint cache = relumeFirstCache + gl_WorkGroupID.x * uint(RELUME_CACHES) + row;
-  bool inside = cache < relumeEndCache;
-  vec4 color = vec4(0.0), direction = vec4(0.0);  // w: transfer; transfer that the sphere covers before a far part
-  float farShare = 0.0;
-  bool isNear = false;
-  if (inside) {
-    uint at = relumePlaces + 6u * cache;
-    place = uintBitsToFloat(uvec3(pointWord[at], pointWord[at + 1u], pointWord[at + 2u]));
-    cacheNormal = uintBitsToFloat(uvec3(pointWord[at + 3u], pointWord[at + 4u], pointWord[at + 5u]));
-    onMap = cacheNormal != vec3(0.0);
-    isNear = findNear();
-  }
-  if (isNear) {
-    float distance_ = 0.0;
-    Hidden far = Hidden(0.0, vec3(0.0), vec3(0.0));
-    Cone cone = coneToward(lastNear);
-    if (isFar) far = lookAround(cone, distance_);
-    farShare = far.share;
-    uint record = cache * uint(RELUME_ROW_WORDS);
-    uint begin = rowWord[record] - relumeFirstLink, end = rowWord[record + uint(RELUME_ROW_WORDS)] - relumeFirstLink;
-    uint count = isFar && far.share == 0.0 ? 0u : RELUME_ROW_LINKS * (end - begin);
-    for (uint i = lane; i < count; i += uint(RELUME_LANES)) {
-      Link link = readLink(record, begin, i);
+void placeAt(uint cache) {
+  uint at = relumePlaces + 6u * cache;
+  place = uintBitsToFloat(uvec3(pointWord[at], pointWord[at + 1u], pointWord[at + 2u]));
+  cacheNormal = uintBitsToFloat(uvec3(pointWord[at + 3u], pointWord[at + 4u], pointWord[at + 5u]));
+  onMap = cacheNormal != vec3(0.0);
+}
+
+// What the links `first`, `first` + RELUME_LANES .. of a cache lose and gain. color: RGB, transfer; direction: times
+// transfer, and transfer that the sphere covers of senders before a far part, times the share of it that the part fills.
+void changeOf(uint cache, uint first, out vec4 color, out vec4 direction) {
+  color = direction = vec4(0.0);
+  float distance_ = 0.0;
+  Hidden far = Hidden(0.0, vec3(0.0), vec3(0.0));
+  Cone cone = coneToward(lastNear);
+  if (isFar) far = lookAround(cone, distance_);
+  uint record = cache * uint(RELUME_ROW_WORDS);
+  uint begin = rowWord[record] - relumeFirstLink, end = rowWord[record + uint(RELUME_ROW_WORDS)] - relumeFirstLink;
+  uint count = isFar && far.share == 0.0 ? 0u : RELUME_ROW_LINKS * (end - begin);
+  // Find the links that parts may hide, 32 at a time, then look at those alone: software drivers run what is behind a
+  // branch for all threads.
+  for (uint chunk = first; chunk < count; chunk += 32u * uint(RELUME_LANES)) {
+    uint toward = 0u;
+    for (uint k = 0u; k < 32u; ++k) {
+      uint i = chunk + k * uint(RELUME_LANES);
+      if (i >= count) break;
       float share;
-      if (!(link.transfer > 0.0) || !isToward(link, share)) continue;
-      Hidden hidden = Hidden(0.0, vec3(0.0), vec3(0.0));
+      Link link = readLink(record, begin, i);
+      if (link.transfer > 0.0 && isToward(link, share) && !(isFar && share <= 0.0)) toward |= 1u << k;
+    }
+    for (; toward != 0u; toward &= toward - 1u) {
+      Link link = readLink(record, begin, chunk + uint(findLSB(toward)) * uint(RELUME_LANES));
+      Hidden hidden;
       if (isFar) {
-        if (!(share > 0.0)) continue;
+        float share;
+        isToward(link, share);
+        share *= far.share;
+        hidden = Hidden(share, share * far.radiosity, share * far.direction);
         if (!isBehind(pointOf(link.sender, 0u, 1u), cone, distance_)) {
           direction.w += link.transfer * share;
           continue;
         }
-        share *= far.share;
-        hidden = Hidden(share, share * far.radiosity, share * far.direction);
       } else {
         float wanted = min(kSolidAngle * link.transfer * rayDensity, float(kMostRays));
         uint points = pointWord[2u * link.sender + 1u];
@@ -370,19 +378,39 @@ void main() {
       direction.xyz += link.transfer * hidden.direction;
     }
   }
-#if RELUME_LANES > 1
-  partial[gl_LocalInvocationID.x][0] = color;
-  partial[gl_LocalInvocationID.x][1] = direction;
+  color.rgb *= nearWeight;
+}
+
+void main() {
+  uint thread = gl_LocalInvocationID.x, first = relumeFirstCache + gl_WorkGroupID.x * uint(RELUME_CACHES);
+  if (thread == 0u) nearCaches = 0u;
   barrier();
-  if (lane != 0u) return;
-  for (uint k = 1u; k < uint(RELUME_LANES); ++k) {
-    color += partial[gl_LocalInvocationID.x + k][0];
-    direction += partial[gl_LocalInvocationID.x + k][1];
+  for (uint i = thread; i < uint(RELUME_CACHES); i += uint(RELUME_THREADS)) {
+    uint cache = first + i;
+    if (cache >= relumeEndCache) break;
+    placeAt(cache);
+    if (findNear()) nearCache[atomicAdd(nearCaches, 1u)] = cache;
+    else movingLight[2u * cache] = vec4(0.0);
   }
-#endif
-  if (!inside) return;
-  // Cones are wider than their senders: a far part most of which is hidden is left out.
-  bool changes = isNear && color.w > direction.w * farShare;
-  movingLight[2u * cache] = changes ? vec4(nearWeight * relumeRgbToYCoCg(color.rgb), color.w) : vec4(0.0);
-  if (changes) movingLight[2u * cache + 1u] = vec4(direction.xyz, 0.0);
+  barrier();
+  uint tasks = nearCaches * uint(RELUME_LANES);
+  for (uint task = thread; task < tasks; task += uint(RELUME_THREADS)) {
+    uint row = task / uint(RELUME_LANES), lane = task % uint(RELUME_LANES), cache = nearCache[row];
+    placeAt(cache);
+    findNear();
+    changeOf(cache, lane, partial[row][lane][0], partial[row][lane][1]);
+  }
+  barrier();
+  for (uint row = thread; row < nearCaches; row += uint(RELUME_THREADS)) {
+    vec4 color = vec4(0.0), direction = vec4(0.0);
+    for (uint lane = 0u; lane < uint(RELUME_LANES); ++lane) {
+      color += partial[row][lane][0];
+      direction += partial[row][lane][1];
+    }
+    uint cache = nearCache[row];
+    // Cones are wider than their senders: a far part most of which is hidden is left out.
+    bool changes = color.w > direction.w;
+    movingLight[2u * cache] = changes ? vec4(relumeRgbToYCoCg(color.rgb), color.w) : vec4(0.0);
+    movingLight[2u * cache + 1u] = vec4(direction.xyz, 0.0);
+  }
 }

@@ -172,8 +172,8 @@ Status FramePlan::makeLinks() {
   std::array<std::uint32_t, 2> program{kRelumeNone, kRelumeNone}, movingProgram = program;
   std::uint32_t occludeProgram_ = kRelumeNone;
   if (moving_.most > 0) {
-    const CacheGroup group = chooseOccludeGroup(threads, moving_.most);
-    moving_.cachesPerGroup = static_cast<std::uint32_t>(group.caches);
+    const OccludeGroup group = chooseOccludeGroup(threads, moving_.most);
+    moving_.cachesPerGroup = group.caches;
     occludeProgram_ = addProgram(occludeProgram(bake_.links.kind, group, made->nodeSteps));
   }
   for (const LinkBatch& batch : made->batches) {

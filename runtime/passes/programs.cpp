@@ -86,9 +86,10 @@ CacheGroup chooseCacheGroup(GroupThreads threads, const CacheBands& bands, std::
   return {kLanes, static_cast<int>(std::min<std::size_t>(sharedBytes / bytesPerCache, 4))};
 }
 
-CacheGroup chooseOccludeGroup(GroupThreads threads, std::uint32_t parts) {
-  // Mesa's software driver ends all loops of a thread after 65536 rounds: the more parts, the fewer links to a thread.
-  return threads == GroupThreads::serial && parts <= 64 ? CacheGroup{8, 8} : CacheGroup{32, 1};
+OccludeGroup chooseOccludeGroup(GroupThreads threads, std::uint32_t parts) {
+  if (threads == GroupThreads::parallel) return {32, 4, 32};
+  // Mesa's software driver ends all loops of a thread after 65536 rounds: the more parts, the fewer links to a share.
+  return parts <= 64 ? OccludeGroup{64, 16, 8} : OccludeGroup{64, 16, 32};
 }
 
 PullGroup choosePullGroup(GroupThreads threads) {
@@ -143,15 +144,15 @@ ProgramSource partLightProgram(const CacheBands& bands) {
   return {"light_parts.comp", bandsOf(bands.lumaBands, bands.chromaBands, false), {}, kPartLight};
 }
 
-ProgramSource occludeProgram(LinkKind kind, const CacheGroup& group, int nodeSteps) {
+ProgramSource occludeProgram(LinkKind kind, const OccludeGroup& group, int nodeSteps) {
   DefineList defines = bandsOf(1, 1, false);
   defines.emplace_back("RELUME_LINK_KIND", kindOf(kind, nodeSteps));
   return {"occlude_links.comp",
           std::move(defines),
-          {{"RELUME_THREADS", 0, static_cast<std::uint32_t>(group.lanes * group.caches)},
-           {"RELUME_CACHES", 1, static_cast<std::uint32_t>(group.caches)},
+          {{"RELUME_THREADS", 0, group.threads},
+           {"RELUME_CACHES", 1, group.caches},
            {"RELUME_NODE_STEPS", 2, static_cast<std::uint32_t>(std::max(nodeSteps, 0))},
-           {"RELUME_LANES", 3, static_cast<std::uint32_t>(group.lanes)}},
+           {"RELUME_LANES", 3, group.lanes}},
           kOcclude};
 }
 

@@ -36,8 +36,11 @@ struct PullGroup {
 };
 PullGroup choosePullGroup(GroupThreads threads);
 
-// The same of occlude_links.comp. parts: of a frame, at most.
-CacheGroup chooseOccludeGroup(GroupThreads threads, std::uint32_t parts);
+// Threads and caches of a work group of occlude_links.comp, and shares of a cache's links. parts: of a frame, at most.
+struct OccludeGroup {
+  std::uint32_t threads = 1, caches = 1, lanes = 1;
+};
+OccludeGroup chooseOccludeGroup(GroupThreads threads, std::uint32_t parts);
 
 enum class ParameterType : std::uint8_t { uint1, uint2, uint3, float1, float3 };
 
@@ -76,7 +79,7 @@ ProgramSource cacheProgram(const CacheBands& bands, LinkKind kind, const CacheGr
                            bool moving = false);
 // Of moving parts, in OpenGL: the light of their patches, and what they hide of links.
 ProgramSource partLightProgram(const CacheBands& bands);
-ProgramSource occludeProgram(LinkKind kind, const CacheGroup& group, int nodeSteps);
+ProgramSource occludeProgram(LinkKind kind, const OccludeGroup& group, int nodeSteps);
 ProgramSource fillProgram(const CacheBands& bands, bool texels);
 
 // Text for Vulkan, #version included. failed: an include that does not exist.
