@@ -88,8 +88,8 @@ CacheGroup chooseCacheGroup(GroupThreads threads, const CacheBands& bands, std::
 
 OccludeGroup chooseOccludeGroup(GroupThreads threads, std::uint32_t parts) {
   if (threads == GroupThreads::parallel) return {32, 4, 32};
-  // Mesa's software driver ends all loops of a thread after 65536 rounds: the more parts, the fewer links to a share.
-  return parts <= 64 ? OccludeGroup{64, 16, 8} : OccludeGroup{64, 16, 32};
+  // Mesa's software driver ends all loops of a thread after 65536 rounds: the more parts, the fewer links to a thread.
+  return parts <= 16 ? OccludeGroup{64, 16, 8} : OccludeGroup{64, 2, 32};
 }
 
 PullGroup choosePullGroup(GroupThreads threads) {

@@ -72,7 +72,7 @@ MovingPart at(std::uint32_t shape, const glm::vec3& place, float scale = 1.0f, f
 // Sets of parts of a frame, by name.
 std::vector<std::pair<std::string, std::vector<MovingPart>>> someFrames() {
   std::vector<MovingPart> many;
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < 16; ++i) {
     const auto x = static_cast<float>(i % 8), z = static_cast<float>(i / 8);
     many.push_back(at(static_cast<std::uint32_t>(i % 3), {1.0f + 1.4f * x, 1.0f + 0.3f * z, 0.7f + 1.1f * z}, 0.4f, x));
   }
@@ -139,8 +139,8 @@ TEST_F(GlMoving, givesTheLightOfTheCpu) {
   for (const LinkKind kind : kLinkKinds) {
     const Bake bake = room(kind);
     const std::vector<glm::vec3> sky(bake.hierarchy.skyDirection.size(), glm::vec3(0.2f, 0.3f, 0.5f));
-    Relighter cpu = relighterOf(bake, optionsOf(BackendKind::cpu, 40)),
-              gl = relighterOf(bake, optionsOf(BackendKind::gl, 40)),
+    Relighter cpu = relighterOf(bake, optionsOf(BackendKind::cpu, 16)),
+              gl = relighterOf(bake, optionsOf(BackendKind::gl, 16)),
               plain = relighterOf(bake, optionsOf(BackendKind::gl, 0));
     const LightSetup open = setupOf(lights, sky);
     const std::vector<float> without = lit(plain, open);
@@ -158,6 +158,31 @@ TEST_F(GlMoving, givesTheLightOfTheCpu) {
         EXPECT_GT(relativeError(without, found), 0.02);
       }
     }
+  }
+}
+
+// As many parts as there may be, and as many as a software driver's threads get more links for: no loop is cut short.
+TEST_F(GlMoving, manyPartsAreAllLookedAt) {
+  const MovingShapes shapes = someShapes();
+  const std::vector<Light> lights = test::someLights();
+  const Bake bake = test::makeSyntheticBake(
+      {.surfels = 4096, .grid = {2, 2, 2}, .lightmapCaches = 40, .linksPerCache = 254, .kind = LinkKind::oct6});
+  for (const std::uint32_t count : {16u, kMaxMovingParts}) {
+    SCOPED_TRACE(count);
+    std::vector<MovingPart> parts;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const auto x = static_cast<float>(i % 16), z = static_cast<float>(i / 16);
+      parts.push_back(
+          at(i % 3, {0.6f + 0.72f * x, 0.6f + 0.7f * static_cast<float>(i % 5), 0.3f + 0.36f * z}, 0.35f, x));
+    }
+    LightSetup setup = setupOf(lights, {});
+    setup.movingShapes = &shapes;
+    setup.movingParts = parts;
+    Relighter cpu = relighterOf(bake, optionsOf(BackendKind::cpu, count)),
+              gl = relighterOf(bake, optionsOf(BackendKind::gl, count));
+    const std::vector<float> expected = lit(cpu, setup), found = lit(gl, setup);
+    EXPECT_LT(test::coefficientDifference(expected, found, cpu.coefficientsPerCache()), 0.005);
+    EXPECT_LT(relativeError(expected, found), 0.001);
   }
 }
 
@@ -251,7 +276,7 @@ TEST_F(GlMoving, createsNoObjectAndAllocatesNothing) {
   for (const LinkKind kind : kLinkKinds) {
     SCOPED_TRACE(linkKindName(kind));
     const Bake bake = room(kind);
-    RelightOptions options = optionsOf(BackendKind::gl, 40);
+    RelightOptions options = optionsOf(BackendKind::gl, 16);
     options.getProcAddress = test::countingLoader(0);
     Relighter relighter = relighterOf(bake, options);
     const auto frames = someFrames();

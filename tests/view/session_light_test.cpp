@@ -4,6 +4,7 @@
 #include "tests/view/session_fixture.h"
 
 #include <numeric>
+#include <string>
 #include <vector>
 
 namespace relume {
@@ -70,12 +71,14 @@ TEST_F(ViewerSession, bandsAndBackendChangeWithoutADarkFrame) {
   EXPECT_LT(frame(), 0.05 * gl);
 }
 
-TEST_F(ViewerSession, whatMovesShadowsAndReflectsLightOnTheCpu) {
+class ViewerMoving : public ViewerSession, public testing::WithParamInterface<BackendKind> {};
+
+TEST_P(ViewerMoving, whatMovesShadowsAndReflectsLight) {
   writeBakeFile(small(2048));
   start(at("level.relume"));
   ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
   ViewState& state = session_->state;
-  state.relightBy.backend = BackendKind::cpu;
+  state.relightBy.backend = GetParam();
   const auto light = [&] {
     for (int i = 0; i < 20; ++i) frame();
     return *session_->viewer->irradiance(state, kWidth, kHeight);
@@ -121,6 +124,9 @@ TEST_F(ViewerSession, whatMovesShadowsAndReflectsLightOnTheCpu) {
   state.objects[0].position.x += 0.5f;
   EXPECT_NEAR(sum(light()), sum(with), 1e-3 * sum(with));
 }
+
+INSTANTIATE_TEST_SUITE_P(Backends, ViewerMoving, testing::Values(BackendKind::cpu, BackendKind::gl),
+                         [](const auto& of) { return std::string(of.param == BackendKind::cpu ? "Cpu" : "OpenGl"); });
 
 TEST_F(ViewerSession, emittersAreDriven) {
   options_.scene = RELUME_SOURCE_DIR "/samples/area_lights/stars.glb";
