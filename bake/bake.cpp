@@ -17,7 +17,7 @@ namespace {
 Result<Bake> bakeStages(const Scene& scene, const BakeOptions& asked, Context& context) {
   // 1. Senders: what gives light, and 2. receivers: where it is gathered (PIC 4.2, 4.3, 4.4)
   const BakeOptions sized = chooseSizes(asked);
-  Result<PlacedLevel> placed = placeLevel(scene, sized, placeStages(sized), context);
+  Result<PlacedLevel> placed = placeLevel(scene, sized, placeStages(sized), context, linkLookups(sized));
   if (!placed) return placed.error();
   const Result<BakeOptions> chosen = chooseLinks(asked, placed->surfels.surfels, placed->hierarchy, placed->caches);
   if (!chosen) return chosen.error();

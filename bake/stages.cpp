@@ -73,8 +73,17 @@ PlaceStages placeStages(const BakeOptions& options) {
   return stages;
 }
 
+double linkLookups(const BakeOptions& options) {
+  const CacheOptions& caches = options.caches;
+  if (caches.lightmapSize > 0 || caches.gridSpacing > 0.0f || caches.gridResolution != glm::uvec3(0))
+    return kManyLookups;  // how many caches that makes is not known yet
+  const double rays = (1.0 + static_cast<double>(options.links.emitterRays)) * options.links.raysPerCache;
+  // Once for links, and before for their shares.
+  return 2.0 * rays * (static_cast<double>(caches.lightmapCaches) + caches.gridCaches);
+}
+
 Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, const PlaceStages& stages,
-                               Context& context) {
+                               Context& context, double mapLookups) {
   // 0. The ray tracer over the fixed part of the level, and the surfaces that receivers can see
   auto tracer = buildRays(scene, options, context);
   if (!tracer) return tracer.error();
@@ -84,7 +93,7 @@ Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, c
   // 1. Senders: what gives light (PIC 4.2, 4.3). Surfels, then patches of the sky
   auto placed = runStage(context, "surfels", [&] {
     return needs(reserveSurfels(scene, *space, options.surfels, context),
-                 [&] { return placeSurfels(*tracer, *space, options.surfels, options.seed, context); });
+                 [&] { return placeSurfels(*tracer, *space, options.surfels, options.seed, context, mapLookups); });
   });
   if (!placed) return placed.error();
   auto hierarchy = runStage(context, "hierarchy", [&] {

@@ -70,9 +70,13 @@ struct PlaceStages {
 // They are made here.
 PlaceStages placeStages(const BakeOptions& options);
 
-// Rays, the surfaces that receivers can see, surfels, hierarchy, caches, test rays.
+// Rays, the surfaces that receivers can see, surfels, hierarchy, caches, test rays. The scene must outlive it.
+// mapLookups: about how often the map of surfels will be asked for links; a file needs it whole.
 Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, const PlaceStages& stages,
-                               Context& context);
+                               Context& context, double mapLookups = kManyLookups);
+
+// About how often links ask for the surfel of a hit.
+double linkLookups(const BakeOptions& options);
 
 // Where each surfel reads its own irradiance, for the next bounce: fills in Surfels::receiver. Takes
 // PlacedSurfels::seeds.

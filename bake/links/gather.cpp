@@ -106,6 +106,12 @@ void Gatherer::lookUp(std::span<const Hit> hits, Scratch& scratch) const {
   }
 }
 
+std::uint32_t Gatherer::leafOf(std::uint32_t side, std::uint32_t tile) const {
+  if (tile != kNone) return leafOfTile_[tile];
+  const std::uint32_t surfel = map_.onDemandAt(side);
+  return surfel == kNone ? kNone : hierarchy_.leafNode[surfel];
+}
+
 float Gatherer::misWeight(std::uint32_t side, float distance, const glm::vec3& direction,
                           const EmitterSampler::Distribution& emitters, float even) const {
   const float pdf = sampler_.pdf(emitters, side);
@@ -148,7 +154,7 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
         if (aimedCount_ > 0) {
           weight = misWeight(scratch.sides[i], hit.distance, sample.direction, scratch.emitters, weight);
         }
-        if (scratch.tiles[i] != kNone) leaf = leafOfTile_[scratch.tiles[i]];
+        leaf = leafOf(scratch.sides[i], scratch.tiles[i]);
         count.backFaces += hit.back;
         count.unmapped += leaf == kNone;
       } else {
@@ -195,7 +201,7 @@ void Gatherer::gatherAimed(std::uint32_t cache, const glm::vec3& origin, const g
       const float cosine = onSurface ? glm::dot(direction, normal) : 1.0f;
       const float even = strata_.weight(cosine, onSurface);
       const float weight = misWeight(scratch.sides[i], hit.distance, direction, scratch.emitters, even);
-      const std::uint32_t leaf = scratch.tiles[i] == kNone ? kNone : leafOfTile_[scratch.tiles[i]];
+      const std::uint32_t leaf = leafOf(scratch.sides[i], scratch.tiles[i]);
       if (weight == even || leaf == kNone) continue;  // not an emitter
       arrivals.push_back({leaf, weight, cosine, direction});
     }

@@ -73,6 +73,8 @@ class Gatherer {
                    std::vector<Arrival>& arrivals, RayCount& count) const;
   // Find the sides and the tiles of the surfel map that were hit.
   void lookUp(std::span<const Hit> hits, Scratch& scratch) const;
+  // The node of what was hit; kNone: no surfel.
+  std::uint32_t leafOf(std::uint32_t side, std::uint32_t tile) const;
   // The MIS weight of a hit on an emitter, which both kinds of rays can find; `even`, the weight of a ray without aimed
   // ones, for any other hit.
   float misWeight(std::uint32_t side, float distance, const glm::vec3& direction,

@@ -14,7 +14,6 @@
 namespace relume {
 namespace {
 
-constexpr std::size_t kRaysPerSurfel = 8;
 constexpr std::uint32_t kMinHits = 3;
 constexpr float kSameWay = 0.85f;  // cosine of normals: a surfel does not move to a face that looks elsewhere
 constexpr std::size_t kRaysAtOnce = 4096;
@@ -96,7 +95,7 @@ std::vector<SurfelSeed> moveToVisible(const RayTracer& tracer, const PlaySpace& 
 
   // Find the middle of what is seen of each footprint. Sums run in the order of the rays.
   const std::vector<Sight> sights =
-      lookAround(tracer, playSpace, map, surfels, kRaysPerSurfel * surfels.size(), seed, context);
+      lookAround(tracer, playSpace, map, surfels, kMoveRaysPerSurfel * surfels.size(), seed, context);
   if (context.cancelled()) return {};
   std::vector<glm::vec3> middle(surfels.size(), glm::vec3(0.0f));
   std::vector<std::uint32_t> count(surfels.size(), 0);

@@ -10,11 +10,14 @@
 #include "bake/visibility/play_space.h"
 #include "relume/bake/context.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace relume {
+
+inline constexpr std::size_t kMoveRaysPerSurfel = 8;
 
 // For each surfel, the seen point of its footprint that is nearest to the middle of all that is seen of the footprint.
 // Seen points are found by random rays from where receivers can be; a surfel that too few rays find keeps its own

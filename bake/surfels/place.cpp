@@ -149,7 +149,7 @@ PlacedSurfels::Statistics measure(const Placement& placement, const SurfaceSampl
 }  // namespace
 
 Result<PlacedSurfels> placeSurfels(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelOptions& options,
-                                   std::uint64_t seed, Context& context) {
+                                   std::uint64_t seed, Context& context, double lookups) {
   if (const Status ok = checkOptions(options); !ok) return ok.error();
   const Scene& scene = tracer.scene();
   if (playSpace.seenArea.size() != 2 * std::size_t{scene.triangleCount()}) {
@@ -168,9 +168,10 @@ Result<PlacedSurfels> placeSurfels(const RayTracer& tracer, const PlaySpace& pla
 
   // Find out which surfel stands for which part of the surfaces, and what that part looks like.
   PlacedSurfels result;
-  result.map = buildSurfelMap(scene, playSpace, samples, spacing, context);
-  if (context.cancelled()) return cancelledError();
   const std::size_t footprintSamples = kFootprintSamples * count;
+  const double ownLookups = static_cast<double>(footprintSamples + kMoveRaysPerSurfel * count);
+  result.map = buildSurfelMap(scene, playSpace, samples, spacing, context, lookups + ownLookups);
+  if (context.cancelled()) return cancelledError();
   const Drawn inside = drawPoints(sampler, footprintSamples, seed, 1, context);
   const auto width = static_cast<float>(std::sqrt(sampler.measure() / static_cast<double>(footprintSamples)));
   Footprints footprints = integrateFootprints(scene, result.map, samples, inside.samples, width, context);

@@ -5,10 +5,10 @@
 #include "bake/surfels/surfel_map.h"
 
 #include "bake/base/parallel.h"
-#include "bake/base/point_grid.h"
 #include "bake/base/wide_clones.h"
-#include "bake/surfels/map_cost.h"
 #include "bake/surfels/nested_grid.h"
+#include "bake/surfels/sides_on_demand.h"
+#include "bake/surfels/sorted_surfels.h"
 #include "bake/visibility/surface_parts.h"
 
 #include <glm/geometric.hpp>
@@ -18,7 +18,9 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace relume {
@@ -40,7 +42,9 @@ constexpr std::size_t kSidesPerChunk = 4096, kTilesPerChunk = 8192;
 // than their tiles in a level of many instances.
 constexpr std::size_t kSidesPerPart = 1u << 20;
 static_assert(kSidesPerPart % BlockPalette<SurfelMap::Side>::kBlock == 0);
-constexpr float kRounding = 1.0f + 1e-5f;            // keeps rounding errors from cutting a search's radius short
+constexpr float kRounding = 1.0f + 1e-5f;  // keeps rounding errors from cutting a search's radius short
+// To search for a side that is asked for costs more than to map it beside its neighbours.
+constexpr double kMinSidesPerLookup = 4.0;
 constexpr std::uint32_t kMaxAlong = (1u << 14) - 1;  // most tiles along an edge: SurfelMap::Side
 
 // Barycentric coordinates of a point of the grid that starts at a corner: the inverse of SurfelMap::Side::toGrid().
@@ -83,14 +87,6 @@ GridShape shapeOf(const std::array<glm::vec3, 3>& corner, double size, double se
   shape.rows = tiles(rows);
   return shape;
 }
-
-// Surfels sorted into buckets one spacing wide.
-struct SortedSurfels {
-  PointGrid grid;
-  std::vector<MapPoint> surfel;   // in the grid's order
-  std::vector<std::uint32_t> id;  // their indices
-  float spacing = 0.0f;
-};
 
 // The surfels in a cube of 2x2x2 buckets and in `depth` more buckets on all sides, one array per member: what searches
 // for the points in the cube look through.
@@ -206,45 +202,13 @@ class Search {
   std::vector<Block> blocks_;  // by a hash of their cube and depth
 };
 
-// Sort the surfels `which` [ascending indices].
-SortedSurfels sortSurfels(std::span<const SurfaceSample> surfels, const std::vector<std::uint32_t>& which,
-                          float spacing, Context& context) {
-  SortedSurfels sorted;
-  sorted.spacing = spacing;
-  std::vector<glm::vec3> position;
-  position.reserve(which.size());
-  for (const std::uint32_t i : which) position.push_back(surfels[i].positionWorld);
-  sorted.grid = PointGrid(position, spacing, context);
-  sorted.id.reserve(which.size());
-  sorted.surfel.reserve(which.size());
-  for (const std::uint32_t i : sorted.grid.order()) {
-    sorted.id.push_back(which[i]);
-    sorted.surfel.push_back(mapPoint(surfels[which[i]]));
-  }
-  return sorted;
-}
-
-// What both sides of a triangle have in common.
-struct TriangleShape {
-  std::uint32_t index = kNone;  // scene-wide
-  std::uint32_t instance = 0;
-  std::array<glm::vec3, 3> corner{};
-  glm::vec3 normal{0.0f};  // geometricNormal()
-};
-
-// Finds them, once for sides that follow one another.
+// Finds shapes, once for sides that follow one another.
 class TriangleShapes {
  public:
   explicit TriangleShapes(const Scene& scene) : scene_(scene), instances_(scene) {}
+  std::uint32_t instanceOf(std::uint32_t triangle) { return instances_.of(triangle); }
   const TriangleShape& of(std::uint32_t triangle) {
-    if (triangle != last_.index) {
-      last_.index = triangle;
-      last_.instance = instances_.of(triangle);
-      const Instance& instance = scene_.instances[last_.instance];
-      const std::uint32_t t = triangle - instance.firstTriangle;
-      last_.corner = scene_.corners(instance, t);
-      last_.normal = geometricNormal(scene_, {last_.instance, t, {}});
-    }
+    if (triangle != last_.index) last_ = TriangleShape::of(scene_, instanceOf(triangle), triangle);
     return last_;
   }
 
@@ -255,16 +219,23 @@ class TriangleShapes {
 };
 
 // Give every side of [first, last) its grid of tiles, one grid after the other. Sides of instances that are not baked,
-// and those without area, get none.
-std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& playSpace, std::size_t first,
-                                         std::size_t last, float spacing, float farSpacing, Context& context) {
+// and those without area, get none. onDemand: sides to leave to it, or null.
+std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& playSpace, const SidesOnDemand* onDemand,
+                                         std::size_t first, std::size_t last, float spacing, float farSpacing,
+                                         Context& context) {
   std::vector<SurfelMap::Side> sides(last - first);
   parallelChunks(context, "", sides.size(), kSidesPerChunk, [&](std::size_t begin, std::size_t end) {
     TriangleShapes triangles(scene);
     for (std::size_t s = first + begin; s < first + end; ++s) {
       SurfelMap::Side& side = sides[s - first];
+      const std::uint32_t instance = triangles.instanceOf(static_cast<std::uint32_t>(s / 2));
+      if (!scene.instances[instance].baked()) continue;
+      if (onDemand != nullptr && onDemand->isSearched(instance)) {
+        side = SurfelMap::Side::onDemand();
+        continue;
+      }
       const TriangleShape& triangle = triangles.of(static_cast<std::uint32_t>(s / 2));
-      if (!scene.instances[triangle.instance].baked() || triangle.normal == glm::vec3(0.0f)) continue;
+      if (triangle.normal == glm::vec3(0.0f)) continue;
       const float seenArea = playSpace.seenArea[s],
                   width = (playSpace.isFar(static_cast<std::uint32_t>(s)) ? farSpacing : spacing) *
                           (seenArea > 0.0f ? kTileSpacings : kUnseenTileSpacings);
@@ -290,11 +261,6 @@ std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& pl
 void mapTiles(const Scene& scene, const TriangleShape& triangle, Search& search, std::uint32_t side,
               const SurfelMap::Side& grid, float reach, std::uint32_t begin, std::uint32_t end, std::uint32_t& guess,
               std::uint32_t* tile) {
-  MapPoint point{{},
-                 side % 2 == 0 ? triangle.normal : -triangle.normal,
-                 triangle.instance,
-                 emitterOf(scene, triangle.instance, side) != kReflector ? 1u : 0u};
-  const std::array<glm::vec3, 3>& corner = triangle.corner;
   std::uint32_t atRowBegin = guess;
   for (std::uint32_t i = begin; i < end; ++i) {
     const std::uint32_t column = i % grid.columns, row = i / grid.columns;
@@ -304,8 +270,7 @@ void mapTiles(const Scene& scene, const TriangleShape& triangle, Search& search,
                 (static_cast<float>(row) + 0.5f) / static_cast<float>(grid.rows));
     if (g.x + g.y > 1.0f) g /= g.x + g.y;
     if (grid.tileCount() == 1) g = glm::vec2(1.0f / 3.0f);
-    const glm::vec2 b = fromGrid(g, grid.corner);
-    point.positionWorld = corner[0] + b.x * (corner[1] - corner[0]) + b.y * (corner[2] - corner[0]);
+    const MapPoint point = triangle.pointOn(scene, side, fromGrid(g, grid.corner));
     const std::uint32_t found = search.best(point, reach, column == 0 ? atRowBegin : guess);
     if (found == kNone) continue;
     guess = found;
@@ -347,6 +312,7 @@ void appendSides(const Scene& scene, const PlaySpace& playSpace, const SortedSur
   for (std::size_t i = 0; i < sides.size() && !context.cancelled(); ++i) {
     SurfelMap::Side& side = sides[i];
     if (i % BlockPalette<SurfelMap::Side>::kBlock == 0) single.clear();
+    if (side.isOnDemand()) continue;
     if (side.nested) {
       addNestedGrid(scene, playSpace, sorted, spacing, static_cast<std::uint32_t>(first + i), map, side, context);
       continue;
@@ -372,46 +338,44 @@ void appendSides(const Scene& scene, const PlaySpace& playSpace, const SortedSur
   map.sides.append(sides);
 }
 
-// Either the surfels of sides that are seen from far away only, or all others. spacing [m]: of the densest packing.
-struct Class {
-  SortedSurfels sorted;
-  float spacing = 0.0f;
-};
-
-Class sortClass(const PlaySpace& playSpace, std::span<const SurfaceSample> surfels, float spacing, bool far,
-                Context& context) {
-  Class result{{}, spacing};
-  std::vector<std::uint32_t> id;
-  float min = 1.0f;
-  for (std::uint32_t i = 0; i < surfels.size(); ++i) {
-    if (playSpace.isFar(surfels[i].side) != far) continue;
-    id.push_back(i);
-    if (far) min = std::min(min, surfels[i].density);
+// The sides that are searched for when a hit asks for them, where that leaves most sides out; null otherwise.
+std::shared_ptr<const SidesOnDemand> leaveToDemand(const Scene& scene, const PlaySpace& playSpace,
+                                                   const SortedSurfels& near, const SortedSurfels& far,
+                                                   double lookups) {
+  const double enough = kMinSidesPerLookup * lookups;
+  if (2.0 * scene.triangleCount() < enough) return nullptr;
+  std::vector<bool> isSearched = instancesOfOneTile(scene, kTileSpacings * std::min(near.spacing, far.spacing));
+  double sides = 0.0;
+  for (std::size_t i = 0; i < isSearched.size(); ++i) {
+    if (isSearched[i]) sides += 2.0 * static_cast<double>(scene.meshes[scene.instances[i].mesh].triangle.size());
   }
-  result.spacing = spacing / std::sqrt(std::max(min, 1e-30f));
-  result.sorted = sortSurfels(surfels, id, result.spacing, context);
-  return result;
+  if (sides < enough) return nullptr;
+  return std::make_shared<const SidesOnDemand>(scene, playSpace, near, far, std::move(isSearched), lookups);
 }
 
 }  // namespace
 
+std::uint32_t SurfelMap::searchFor(std::uint32_t side) const { return onDemand->at(side); }
+
 std::size_t SurfelMap::sizeBytes() const { return sides.sizeBytes() + tile.size() * sizeof(std::uint32_t); }
 
 SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::span<const SurfaceSample> surfels,
-                         float spacing, Context& context) {
-  const Class near = sortClass(playSpace, surfels, spacing, false, context),
-              far = sortClass(playSpace, surfels, spacing, true, context);
+                         float spacing, Context& context, double lookups) {
+  const SortedSurfels near = sortSurfels(playSpace, surfels, spacing, false, context),
+                      far = sortSurfels(playSpace, surfels, spacing, true, context);
   SurfelMap map;
+  map.onDemand = leaveToDemand(scene, playSpace, near, far, lookups);
   const std::size_t count = 2 * std::size_t{scene.triangleCount()};
   const bool isOnePart = count <= kSidesPerPart;
   for (std::size_t first = 0; first < count; first += kSidesPerPart) {
     const std::size_t last = std::min(count, first + kSidesPerPart);
-    std::vector<SurfelMap::Side> sides = layOutSides(scene, playSpace, first, last, spacing, far.spacing, context);
+    std::vector<SurfelMap::Side> sides =
+        layOutSides(scene, playSpace, map.onDemand.get(), first, last, spacing, far.spacing, context);
     if (context.cancelled()) return {};
     std::vector<std::uint32_t> tiles(sides.back().firstTile + sides.back().tileCount(), kNone);
     parallelChunks(
         context, isOnePart ? "surfel map" : "", tiles.size(), kTilesPerChunk, [&](std::size_t begin, std::size_t end) {
-          Search search(near.sorted), farSearch(far.sorted);
+          Search search(near), farSearch(far);
           TriangleShapes triangles(scene);
           // Guesses for the front and the back of sides that are not seen, that are seen, and that are far.
           std::array<std::uint32_t, 6> guess{kNone, kNone, kNone, kNone, kNone, kNone};
@@ -433,7 +397,7 @@ SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::sp
           }
         });
     if (context.cancelled()) return {};
-    appendSides(scene, playSpace, near.sorted, spacing, first, sides, tiles, map, context);
+    appendSides(scene, playSpace, near, spacing, first, sides, tiles, map, context);
     if (context.cancelled()) return {};
     if (!isOnePart) context.progress("surfel map", static_cast<double>(last) / static_cast<double>(count));
   }

@@ -15,9 +15,13 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
+#include <memory>
 #include <vector>
 
 namespace relume {
+
+class SidesOnDemand;
 
 // A surfel as it is placed, before its footprint is integrated.
 struct SurfelSeed {
@@ -36,7 +40,12 @@ class SurfelMap {
   // The surfel of a hit; kNone when none is near, as on sides that the play space never sees.
   std::uint32_t at(std::uint32_t side, const glm::vec2& barycentric) const {
     const std::uint32_t c = tileOf(side, barycentric);
-    return c == kNone || isInner(tile[c]) ? kNone : tile[c];
+    if (c == kNone) return onDemandAt(side);
+    return isInner(tile[c]) ? kNone : tile[c];
+  }
+  // The same for a hit without a tile, whose side may be one of those that are searched for.
+  std::uint32_t onDemandAt(std::uint32_t side) const {
+    return onDemand != nullptr && sides[side].isOnDemand() ? searchFor(side) : kNone;
   }
   // The tile of a hit; kNone when the side has no tiles. Inline, because every ray asks for it.
   std::uint32_t tileOf(std::uint32_t side, const glm::vec2& barycentric) const {
@@ -67,6 +76,13 @@ class SurfelMap {
     std::uint16_t rows : 14 = 0;     // along the other
     std::uint16_t corner : 2 = 0;    // where both edges start
     std::uint32_t tileCount() const { return std::uint32_t{columns} * rows; }
+    // A side without tiles here, which SurfelMap::onDemand answers for.
+    bool isOnDemand() const { return columns == 0 && rows != 0; }
+    static Side onDemand() {
+      Side side;
+      side.rows = 1;
+      return side;
+    }
     // A point's coordinates in the grid: weights of the two corners after `corner`.
     glm::vec2 toGrid(const glm::vec2& b) const {
       const float first = 1.0f - b.x - b.y;
@@ -76,8 +92,11 @@ class SurfelMap {
   };
   BlockPalette<Side> sides;         // [Size 2 * triangles] neighbours of one tile each may share it
   std::vector<std::uint32_t> tile;  // surfel of each tile, kNone, or a finer grid: isInner()
+  // Null where the map is whole. It refers to the scene.
+  std::shared_ptr<const SidesOnDemand> onDemand;
 
  private:
+  std::uint32_t searchFor(std::uint32_t side) const;
   // The finest tile within one, at a point given in widths of that one.
   std::uint32_t innerTile(std::uint32_t at, glm::vec2 inside) const {
     while (isInner(tile[at])) {
@@ -108,13 +127,17 @@ struct PlacedSurfels {
   } statistics;
 };
 
+// Lookups of a map that is to be whole, as files need it.
+inline constexpr double kManyLookups = std::numeric_limits<double>::infinity();
+
 // Places n_S surfels of equal area over what the play space sees; both sides of a two-sided surface get their own where
 // they are seen. Emitters too small for a share get surfels all the same, so that none is missed. Emission is the mean
 // radiance over the surfel's footprint, so that rays find an emitter's whole power however few surfels it has. With
 // placement `eliminated`, the order of the surfels is progressive: any prefix is well spread. There are fewer surfels
 // than asked for only where alpha masks leave nothing to stand on. usage: options out of range; failed: nothing to
 // place surfels on, or cancelled. The result is the same at any number of threads. Reports its statistics as figures.
+// lookups: about how often later stages ask the map (buildSurfelMap() in surfel_map.h).
 Result<PlacedSurfels> placeSurfels(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelOptions& options,
-                                   std::uint64_t seed, Context& context);
+                                   std::uint64_t seed, Context& context, double lookups = kManyLookups);
 
 }  // namespace relume

@@ -126,6 +126,44 @@ TEST(SurfelMap, hitsDoNotCrossAOneCentimetreGap) {
   EXPECT_LT(crossed, 40);
 }
 
+TEST(SurfelMap, sidesThatAreSearchedForWhenAskedAnswerAsInTheWholeMap) {
+  // Crumbs and an emitter, far from the origin; of some sides nothing is seen, or only from far away.
+  Level level;
+  constexpr glm::vec3 kOffset(1000.0f, -50.0f, 3.0f);
+  for (std::uint64_t i = 0; i < 2000; ++i) {
+    if (i % 500 == 0) level.begin("crumbs");
+    RandomStream r(4, 1, i);
+    const auto small = [&] { return 0.1f * glm::vec3(r.uniform() - 0.5f, r.uniform() - 0.5f, r.uniform() - 0.5f); };
+    const glm::vec3 at = kOffset + glm::vec3(4.0f * r.uniform(), 2.0f * r.uniform(), 4.0f * r.uniform());
+    level.addTriangle(at, at + small(), i % 50 == 0 ? at : at + small());
+  }
+  level.begin("floor");
+  level.addRectangle(kOffset, {0, 0, 4}, {4, 0, 0});
+  level.begin("lamp").emission = glm::vec3(1.0f);
+  level.addTriangle(kOffset + glm::vec3(0, 1, 0), kOffset + glm::vec3(0.1f, 1, 0), kOffset + glm::vec3(0, 1, 0.1f));
+  PlaySpace space = level.playSpace([](std::uint32_t side) { return side % 3 != 0; });
+  std::vector<float> farShare(space.seenArea.size(), 0.0f);
+  for (std::size_t side = 3000; side < 4000; ++side) farShare[side] = space.seenArea[side] > 0.0f ? 0.01f : 0.0f;
+  space.farShare = std::span<const float>(farShare);
+  std::vector<SurfaceSample> surfels = scatter(level, space, 600);
+  Context context;
+  const SurfelMap whole = buildSurfelMap(level.scene(), space, surfels, 0.5f, context),
+                  asked = buildSurfelMap(level.scene(), space, surfels, 0.5f, context, 1.0);
+  EXPECT_EQ(whole.onDemand, nullptr);
+  ASSERT_NE(asked.onDemand, nullptr);
+  EXPECT_LT(asked.tile.size(), whole.tile.size() / 2);
+  int mapped = 0, searched = 0;
+  for (int round = 0; round < 2; ++round) {
+    for (std::uint32_t side = 0; side < 2 * level.scene().triangleCount(); ++side) {
+      ASSERT_EQ(asked.at(side, {0.2f, 0.5f}), whole.at(side, {0.2f, 0.5f})) << side;
+      mapped += whole.at(side, {0.2f, 0.5f}) != kNone ? 1 : 0;
+      searched += asked.sides[side].isOnDemand() ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(searched, 2 * 4000);
+  EXPECT_GT(mapped, 4000);
+}
+
 TEST(SurfelMap, unseenSidesMapOnlyToSurfelsNearby) {
   Level level;
   level.begin("seen");

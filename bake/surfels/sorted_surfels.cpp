@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// See sorted_surfels.h.
+#include "bake/surfels/sorted_surfels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace relume {
+namespace {
+
+constexpr float kRounding = 1.0f + 1e-5f;  // keeps rounding errors from cutting a search's radius short
+constexpr float kRoundings = 4.0f * std::numeric_limits<float>::epsilon();  // the same, of coordinates
+
+}  // namespace
+
+std::uint32_t SortedSurfels::best(const MapPoint& point, float reach) const {
+  const glm::vec3& p = point.positionWorld;
+  const float slack = kRoundings * std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  float bestCost = kNoMapping;
+  std::uint32_t found = kNone;
+  const auto search = [&](float radius) {
+    grid.forEachRunIn(grid.boxAround(p, radius * kRounding + slack), [&](std::uint32_t begin, std::uint32_t end) {
+      for (std::uint32_t i = begin; i < end; ++i) {
+        const float cost = mapCost(point, surfel[i], spacing, reach);
+        if (!(cost < kNoMapping) || cost > bestCost || (cost == bestCost && id[i] >= found)) continue;
+        bestCost = cost;
+        found = id[i];
+      }
+    });
+  };
+  // The nearest buckets give a cost to begin with. It is never less than the squared distance, so nothing beyond its
+  // root matters.
+  const float first = std::min(0.5f * grid.bucketSize(), reach);
+  search(first);
+  const float last = std::min(std::sqrt(bestCost), reach);
+  if (last > first) search(last);
+  return found;
+}
+
+SortedSurfels sortSurfels(const PlaySpace& playSpace, std::span<const SurfaceSample> surfels, float spacing, bool far,
+                          Context& context) {
+  std::vector<std::uint32_t> which;
+  float min = 1.0f;
+  for (std::uint32_t i = 0; i < surfels.size(); ++i) {
+    if (playSpace.isFar(surfels[i].side) != far) continue;
+    which.push_back(i);
+    if (far) min = std::min(min, surfels[i].density);
+  }
+  SortedSurfels sorted;
+  sorted.spacing = spacing / std::sqrt(std::max(min, 1e-30f));
+  std::vector<glm::vec3> position;
+  position.reserve(which.size());
+  for (const std::uint32_t i : which) position.push_back(surfels[i].positionWorld);
+  sorted.grid = PointGrid(position, sorted.spacing, context);
+  sorted.id.reserve(which.size());
+  sorted.surfel.reserve(which.size());
+  for (const std::uint32_t i : sorted.grid.order()) {
+    sorted.id.push_back(which[i]);
+    sorted.surfel.push_back(mapPoint(surfels[which[i]]));
+  }
+  return sorted;
+}
+
+}  // namespace relume
