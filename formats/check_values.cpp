@@ -96,10 +96,12 @@ void checkParts(const Lightmap& map, Findings& findings) {
 // The corners of one side, cornerUv or backCornerUv.
 void checkTriangles(const Lightmap& map, const Array<std::uint32_t>& corners, const char* name, Findings& findings) {
   if (corners.empty()) return;
+  const std::uint32_t* passed = nullptr;  // the last triangle that reads filled texels: neighbours are often the same
   for (const LightmapPart& part : map.parts) {
     for (std::uint32_t t = 0; t < part.triangleCount; ++t) {
       const std::uint64_t first = part.firstCorner + std::uint64_t{3} * t;
       const std::uint32_t* corner = corners.data() + first;
+      if (passed != nullptr && std::equal(corner, corner + 3, passed)) continue;
       const auto lit = std::count(corner, corner + 3, kGridLit);
       if (lit == 3) continue;
       if (lit > 0) {
@@ -109,6 +111,8 @@ void checkTriangles(const Lightmap& map, const Array<std::uint32_t>& corners, co
       if (!map.cache.empty() && triangleReadsUnfilled(map, {unpackUnorm16x2(corner[0]), unpackUnorm16x2(corner[1]),
                                                             unpackUnorm16x2(corner[2])}))
         findings.add(Check::texelUnfilled, At{name, first}, "a cache in every texel it reads", "none");
+      else
+        passed = corner;
     }
   }
 }
