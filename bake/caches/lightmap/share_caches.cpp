@@ -94,11 +94,11 @@ class Sharer {
       if (result_.tooMany) return tooMany();
       if (result_.caches.size() == before && round > 0) break;
       checkCaches(before, context);
-      chooseCaches(open, reach_, kGridError, context);
+      chooseCaches(open, before, reach_, kGridError, context);
       std::erase_if(open, [&](std::uint32_t texel) { return result_.cacheOfTexel[texel] != kNoCache; });
     }
     if (context.cancelled()) return {};
-    chooseCaches(open, kLastReach, INFINITY, context);
+    chooseCaches(open, result_.caches.size(), kLastReach, INFINITY, context);
     if (context.cancelled()) return {};
     compact();
     result_.buried = std::move(invalid_);
@@ -298,36 +298,65 @@ class Sharer {
                              other.positionWorld + other.normal * lift);
   }
 
-  // Let texels without a cache of their own read the cache of least error among those in sight.
-  void chooseCaches(const std::vector<std::uint32_t>& open, float reach, float maxError, Context& context) {
+  // The valid ones of caches [begin, end), for searches near a texel.
+  struct NearCaches {
+    PointGrid grid;
+    std::vector<Neighbour> cache;  // in the grid's order
+  };
+  NearCaches validCaches(std::size_t begin, std::size_t end, Context& context) const {
     std::vector<std::uint32_t> valid;
     std::vector<glm::vec3> position;
-    for (std::uint32_t c = 0; c < owner_.size(); ++c) {
+    for (std::size_t c = begin; c < end; ++c) {
       if (owner_[c] == kNone) continue;
-      valid.push_back(c);
+      valid.push_back(static_cast<std::uint32_t>(c));
       position.push_back(result_.caches[c].positionWorld);
     }
-    const PointGrid grid(position, texelSize_, context);
-    std::vector<Neighbour> nearCache;
-    for (const std::uint32_t k : grid.order())
-      nearCache.push_back({{position[k], result_.caches[valid[k]].normal}, valid[k]});
+    NearCaches near{PointGrid(position, texelSize_, context), {}};
+    for (const std::uint32_t k : near.grid.order())
+      near.cache.push_back({{position[k], result_.caches[valid[k]].normal}, valid[k]});
+    return near;
+  }
+
+  // Let texels without a cache of their own read the cache of least error among those in sight. Caches before `fresh`
+  // were asked for within reach_ and kGridError: those among the best that serve a texel no better than before are not
+  // in its sight. (Who is among the best of all was among the best of the former.)
+  void chooseCaches(const std::vector<std::uint32_t>& open, std::size_t fresh, float reach, float maxError,
+                    Context& context) {
+    constexpr float kSurely = 0.999f;  // within reach_, whatever is rounded
+    const bool isWider = reach > reach_ || maxError > kGridError;
+    NearCaches old = validCaches(0, fresh, context), added = validCaches(fresh, owner_.size(), context);
     parallelChunks(context, "", open.size(), 256, [&](std::size_t begin, std::size_t end) {
-      std::vector<std::pair<float, std::uint32_t>> candidates;
+      struct Candidate {
+        float error;
+        std::uint32_t cache;
+        bool isHidden;
+        bool operator<(const Candidate& o) const { return error != o.error ? error < o.error : cache < o.cache; }
+      };
+      std::vector<Candidate> candidates;
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t texel = open[i];
         if (result_.cacheOfTexel[texel] != kNoCache) continue;
         candidates.clear();
-        const float texelSize = texelSizeOf(texel);
-        forEachNear(grid, nearCache, spot_[texel].positionWorld, reach * texelSize, [&](const Neighbour& near) {
-          const float error = errorOf(spot_[texel], texelSize, near.spot.positionWorld, near.spot.normal);
-          if (error < maxError) candidates.emplace_back(error, near.cache);
-        });
+        const SurfaceSpot& spot = spot_[texel];
+        const float texelSize = texelSizeOf(texel), asked = kSurely * reach_ * texelSize;
+        const auto collect = [&](NearCaches& caches, bool wasAsked) {
+          forEachNear(caches.grid, caches.cache, spot.positionWorld, reach * texelSize, [&](const Neighbour& near) {
+            const float error = errorOf(spot, texelSize, near.spot.positionWorld, near.spot.normal);
+            if (!(error < maxError)) return;
+            const glm::vec3 way = near.spot.positionWorld - spot.positionWorld;
+            candidates.push_back(
+                {error, near.cache, wasAsked && error < kGridError && glm::dot(way, way) <= asked * asked});
+          });
+        };
+        collect(added, false);
+        if (candidates.empty() && !isWider) continue;
+        collect(old, true);
         const std::size_t tests = std::min(kSightTests, candidates.size());
         std::partial_sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(tests),
                           candidates.end());
         for (std::size_t k = 0; k < tests; ++k) {
-          if (!inSight(texel, candidates[k].second)) continue;
-          result_.cacheOfTexel[texel] = candidates[k].second;
+          if (candidates[k].isHidden || !inSight(texel, candidates[k].cache)) continue;
+          result_.cacheOfTexel[texel] = candidates[k].cache;
           break;
         }
       }
