@@ -26,22 +26,26 @@ std::vector<VoxelHits> dropThin(const Scene& scene, const VoxelGrid& grid, std::
   const VoxelTree tree = hasLarge ? VoxelTree(grid, voxels, 0) : VoxelTree();
   std::vector<std::atomic<std::uint64_t>> area(voxels.size());
   const SeenFacings seenFacings(scene.instances.size(), voxels);
-  forEachTriangle<VoxelMemo<std::size_t>>(
+  struct Memo {
+    VoxelMemo<std::size_t> voxel;                       // its index
+    std::vector<std::pair<std::size_t, double>> found;  // voxel, weight: of one triangle
+  };
+  forEachTriangle<Memo>(
       scene, 0, scene.triangleCount(), context, [&](std::uint32_t i) { return seenFacings.hasAny(i); },
-      [&](std::uint32_t i, std::uint32_t, const auto& corners, float triangle, VoxelMemo<std::size_t>& memo) {
+      [&](std::uint32_t i, std::uint32_t, const auto& corners, float triangle, Memo& memo) {
         const std::array<std::uint32_t, 2> facings = VoxelGrid::facingsOf(i, crossOf(corners));
         if (!seenFacings.has(facings[0]) && !seenFacings.has(facings[1])) return;
-        std::vector<std::pair<std::size_t, double>> found;  // voxel, weight
+        memo.found.clear();
         const double all =
             forEachPart(corners, triangle, grid.size, tree, i, context, [&](const glm::vec3& p, double weight) {
               const glm::ivec3 cube = grid.cubeOf(p);
               for (const std::uint32_t facing : facings) {
                 if (!seenFacings.has(facing)) continue;
-                const std::size_t at = memo.of(facing, cube, [&] { return index.find(voxelKey(facing, cube)); });
-                if (at < voxels.size()) found.emplace_back(at, weight);
+                const std::size_t at = memo.voxel.of(facing, cube, [&] { return index.find(voxelKey(facing, cube)); });
+                if (at < voxels.size()) memo.found.emplace_back(at, weight);
               }
             });
-        for (const auto& [at, weight] : found)
+        for (const auto& [at, weight] : memo.found)
           area[at].fetch_add(static_cast<std::uint64_t>(triangle / unit / all * weight), std::memory_order_relaxed);
       });
 

@@ -6,48 +6,15 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <numeric>
 #include <utility>
 
 namespace relume {
 
-namespace {
-
-// Signed axis that a normal follows most, 0..5.
-std::uint32_t directionOf(const glm::vec3& normal) {
-  int axis = 0;
-  for (int a = 1; a < 3; ++a) {
-    if (std::abs(normal[a]) > std::abs(normal[axis])) axis = a;
-  }
-  return static_cast<std::uint32_t>(2 * axis + (normal[axis] < 0.0f ? 1 : 0));
-}
-
-}  // namespace
-
 std::uint64_t voxelKey(std::uint32_t facing, const glm::ivec3& cube) {
   std::uint64_t hash = mix64(facing);
   for (int a = 0; a < 3; ++a) hash = mix64(hash ^ static_cast<std::uint64_t>(std::int64_t{cube[a]}));
   return std::max<std::uint64_t>(hash, 1);  // 0 marks an empty slot
-}
-
-glm::ivec3 VoxelGrid::cubeOf(const glm::vec3& positionWorld) const {
-  glm::ivec3 cube;
-  for (int a = 0; a < 3; ++a) {
-    // std::floor() would be a call: processors of the first x86-64 cannot round by one instruction.
-    const float v = std::clamp((positionWorld[a] - origin[a]) / size, -1e9f, 1e9f);
-    const int towardsZero = static_cast<int>(v);
-    cube[a] = towardsZero - (v < static_cast<float>(towardsZero) ? 1 : 0);
-  }
-  return cube;
-}
-
-std::uint32_t VoxelGrid::facingOf(std::uint32_t instance, const glm::vec3& normalOfSide) {
-  return (instance << 3) | directionOf(normalOfSide);
-}
-
-std::array<std::uint32_t, 2> VoxelGrid::facingsOf(std::uint32_t instance, const glm::vec3& normal) {
-  return {facingOf(instance, normal), facingOf(instance, -normal)};
 }
 
 VoxelHits VoxelGrid::voxel(std::uint32_t instance, const glm::vec3& positionWorld,

@@ -8,7 +8,9 @@
 
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <mutex>
 #include <span>
@@ -29,11 +31,30 @@ struct VoxelGrid {
   glm::vec3 origin{0.0f};  // [m]
   float size = 1.0f;       // [m]
 
-  glm::ivec3 cubeOf(const glm::vec3& positionWorld) const;
+  // Inline, as it is asked for each part of each triangle.
+  glm::ivec3 cubeOf(const glm::vec3& positionWorld) const {
+    glm::ivec3 cube;
+    for (int a = 0; a < 3; ++a) {
+      // std::floor() would be a call: processors of the first x86-64 cannot round by one instruction.
+      const float v = std::clamp((positionWorld[a] - origin[a]) / size, -1e9f, 1e9f);
+      const int towardsZero = static_cast<int>(v);
+      cube[a] = towardsZero - (v < static_cast<float>(towardsZero) ? 1 : 0);
+    }
+    return cube;
+  }
   // What tells the voxels of one cube apart: the instance, and the signed axis nearest to the side's normal.
-  static std::uint32_t facingOf(std::uint32_t instance, const glm::vec3& normalOfSide);
+  static std::uint32_t facingOf(std::uint32_t instance, const glm::vec3& normalOfSide) {
+    return facingsOf(instance, normalOfSide)[0];
+  }
   // Those of a surface's two sides: of its normal, and of the opposite one.
-  static std::array<std::uint32_t, 2> facingsOf(std::uint32_t instance, const glm::vec3& normal);
+  static std::array<std::uint32_t, 2> facingsOf(std::uint32_t instance, const glm::vec3& normal) {
+    std::uint32_t axis = 0;
+    float most = std::abs(normal.x), along = normal.x;
+    if (std::abs(normal.y) > most) axis = 1, most = std::abs(normal.y), along = normal.y;
+    if (std::abs(normal.z) > most) axis = 2, along = normal.z;
+    const std::uint32_t first = (instance << 3) | 2 * axis;
+    return {first + (along < 0.0f ? 1u : 0u), first + (along > 0.0f ? 1u : 0u)};
+  }
   // The voxel of a point, without hits.
   VoxelHits voxel(std::uint32_t instance, const glm::vec3& positionWorld, const glm::vec3& normalOfSide) const;
 
