@@ -35,6 +35,7 @@ constexpr double kClusterBytes = 420.0;                              // a surfel
 constexpr double kTestSurfelBytes = 4.0 * (kTestSuns + kTestLamps);
 // A relighter, by surfel, node, link and cache: docs/PERFORMANCE.md.
 constexpr double kReadSurfelBytes = 64.0, kReadNodeBytes = 24.0, kReadLinkBytes = 8.0, kReadCacheBytes = 512.0;
+constexpr double kBesideBytes = 1 << 20;   // names and sums, and what the allocator keeps
 constexpr double kWorkerNodeBytes = 48.0;  // a node, in each thread that links
 
 std::string number(double count) { return std::to_string(static_cast<std::uint64_t>(count)); }
@@ -106,6 +107,14 @@ Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const Link
                        number(links) + " links of " + number(share * caches.count()) + " caches",
                        options.linksTotal > 0 ? "lower --links-total, or the budget of the bake"
                                               : "lower --links, --lightmap-caches or --grid-caches");
+}
+
+Status reserveCorners(const PlacedCaches& caches, Context& context) {
+  const double triangles =
+      static_cast<double>(caches.corners.front.size()) + static_cast<double>(caches.corners.back.size());
+  return reserveMemory(context, "bake", kBesideBytes + sizeof(TriangleCorners) * triangles,
+                       "the light-map coordinates of " + number(triangles) + " sides of triangles",
+                       "leave far or small instances out of the level");
 }
 
 Status reserveTestRays(const Surfels& surfels, Context& context) {

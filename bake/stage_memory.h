@@ -3,6 +3,7 @@
 // beyond the budget (memory_budget.h). The light map and the grid ask for themselves, once they know their texels.
 #pragma once
 
+#include "bake/caches/caches.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/visibility/play_space.h"
 #include "relume/bake/context.h"
@@ -23,6 +24,9 @@ Status reserveHierarchy(const Surfels& surfels, const BakeOptions& options, Cont
 // share [0..1]: of the caches, that are traced here.
 Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const LinkOptions& options, Context& context,
                     double share = 1.0);
+
+// Where triangles read the light map, written out.
+Status reserveCorners(const PlacedCaches& caches, Context& context);
 
 // The lights of the test rays; what reads the bake for its certificate.
 Status reserveTestRays(const Surfels& surfels, Context& context);

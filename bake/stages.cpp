@@ -142,6 +142,7 @@ Result<Bake> handOver(const Scene& scene, const BakeOptions& options, PlacedLeve
   // Rays and maps go first: the corners of the light map need the memory.
   { const PlacedLevel rest = std::move(placed); }
   Result<Bake> bake = runStage(context, "provenance", [&]() -> Result<Bake> {
+    if (const Status reserved = reserveCorners(caches, context); !reserved) return reserved.error();
     std::vector<BakedInstance> instances = describeInstances(scene);
     Provenance provenance = describeProvenance(scene, instances, options, rayTracer);
     return Bake{std::move(surfels),    std::move(hierarchy), unpack(std::move(caches)),

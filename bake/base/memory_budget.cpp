@@ -63,6 +63,16 @@ std::string mebibytes(double bytes) {
   return text;
 }
 
+std::uint64_t budgetOf(const Context& context) {
+  return context.maxMemory > 0 ? context.maxMemory : machineMemoryBudget();
+}
+
+// How a refusal begins.
+std::string needs(std::string_view stage, double bytes, std::string_view what) {
+  return std::string(stage) + " needs about " + mebibytes(std::isfinite(bytes) ? bytes : 1e30) + " for " +
+         std::string(what) + "; ";
+}
+
 }  // namespace
 
 std::uint64_t machineMemoryBudget() {
@@ -79,14 +89,19 @@ std::uint64_t heldMemory() {
 
 Status reserveMemory(Context& context, std::string_view stage, double bytes, std::string_view what,
                      std::string_view remedy) {
-  const std::uint64_t budget = context.maxMemory > 0 ? context.maxMemory : machineMemoryBudget();
-  const auto held = static_cast<double>(heldMemory());
+  const auto budget = static_cast<double>(budgetOf(context)), held = static_cast<double>(heldMemory());
   context.figure("memory_estimate_mib", (held + bytes) / 1048576.0);
-  if (std::isfinite(bytes) && held + bytes <= static_cast<double>(budget)) return done();
-  return Error{ErrorCode::failed,
-               std::string(stage) + " needs about " + mebibytes(std::isfinite(bytes) ? bytes : 1e30) + " for " +
-                   std::string(what) + "; " + mebibytes(held) + " are in use and the budget is " +
-                   mebibytes(static_cast<double>(budget)) + ": " + std::string(remedy) + ", or raise --max-memory"};
+  if (std::isfinite(bytes) && held + bytes <= budget) return done();
+  return Error{ErrorCode::failed, needs(stage, bytes, what) + mebibytes(held) + " are in use and the budget is " +
+                                      mebibytes(budget) + ": " + std::string(remedy) + ", or raise --max-memory"};
+}
+
+Status expectMemory(const Context& context, std::string_view stage, double bytes, std::string_view what,
+                    std::string_view remedy) {
+  const auto budget = static_cast<double>(budgetOf(context));
+  if (std::isfinite(bytes) && bytes <= budget) return done();
+  return Error{ErrorCode::failed, needs(stage, bytes, what) + "the budget is " + mebibytes(budget) + ": " +
+                                      std::string(remedy) + ", or raise --max-memory"};
 }
 
 }  // namespace relume

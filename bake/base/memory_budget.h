@@ -25,4 +25,8 @@ std::uint64_t heldMemory();
 Status reserveMemory(Context& context, std::string_view stage, double bytes, std::string_view what,
                      std::string_view remedy);
 
+// The same for what will be held in all at a later time, when less may be held than now; notes no figure.
+Status expectMemory(const Context& context, std::string_view stage, double bytes, std::string_view what,
+                    std::string_view remedy);
+
 }  // namespace relume

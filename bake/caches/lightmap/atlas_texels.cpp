@@ -101,12 +101,12 @@ class Filler {
         share_(texels_.size(), 0.0f),
         home_(shared.caches.size(), glm::uvec2(kNone)) {}
 
-  Lightmap run(MapCorners& corners, SeamJump& seams, Context& context) {
+  Result<Lightmap> run(MapCorners& corners, SeamJump& seams, Context& context) {
     placeParts();
     for (std::uint32_t p = 0; p < set_.patches.size() && !context.cancelled(); ++p) {
       if (request_.rectangleOf[p] != kNone) fillRectangle(p, context);
     }
-    if (context.cancelled()) return {};
+    if (context.cancelled()) return Lightmap{};
     for (std::size_t s = 0; s < request_.single.size(); ++s) {
       const glm::uvec2& at = plan_.single[s];
       texels_[std::size_t{at.y} * plan_.size.x + at.x] = request_.single[s];
@@ -115,9 +115,11 @@ class Filler {
     }
     surround();
     corners = writeCorners(false, context);
-    if (context.cancelled()) return {};
-    seams = stitchSeams(scene_, set_, shared_, patchTexels_.texelSize, {plan_.size, texels_, share_, parts_, corners},
-                        context);
+    if (context.cancelled()) return Lightmap{};
+    const Result<SeamJump> stitched = stitchSeams(scene_, set_, shared_, patchTexels_.texelSize,
+                                                  {plan_.size, texels_, share_, parts_, corners}, context);
+    if (!stitched) return stitched.error();
+    seams = *stitched;
     corners = {};
     corners = writeCorners(true, context);
     if (!anyBack_) corners.back = {};
@@ -298,9 +300,9 @@ AtlasRequest requestAtlas(const PatchTexels& patchTexels, const SharedCaches& sh
   return request;
 }
 
-Lightmap fillAtlas(const Scene& scene, const PatchSet& set, const PatchTexels& patchTexels, const SharedCaches& shared,
-                   const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter, MapCorners& corners,
-                   SeamJump& seams, Context& context) {
+Result<Lightmap> fillAtlas(const Scene& scene, const PatchSet& set, const PatchTexels& patchTexels,
+                           const SharedCaches& shared, const AtlasRequest& request, const AtlasPlan& plan,
+                           std::uint32_t gutter, MapCorners& corners, SeamJump& seams, Context& context) {
   return Filler(scene, set, patchTexels, shared, request, plan, gutter).run(corners, seams, context);
 }
 

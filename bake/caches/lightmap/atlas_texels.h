@@ -7,6 +7,7 @@
 #include "bake/caches/lightmap/share_caches.h"
 #include "bake/caches/map_corners.h"
 #include "relume/caches.h"
+#include "relume/result.h"
 
 #include <cstdint>
 #include <optional>
@@ -33,8 +34,8 @@ struct SeamJump {
 
 // The finished light map, but for its corners, which are `corners`. Every texel that a bilinear read inside a triangle
 // can touch has a cache.
-Lightmap fillAtlas(const Scene& scene, const PatchSet& set, const PatchTexels& patchTexels, const SharedCaches& shared,
-                   const AtlasRequest& request, const AtlasPlan& plan, std::uint32_t gutter, MapCorners& corners,
-                   SeamJump& seams, Context& context);
+Result<Lightmap> fillAtlas(const Scene& scene, const PatchSet& set, const PatchTexels& patchTexels,
+                           const SharedCaches& shared, const AtlasRequest& request, const AtlasPlan& plan,
+                           std::uint32_t gutter, MapCorners& corners, SeamJump& seams, Context& context);
 
 }  // namespace relume

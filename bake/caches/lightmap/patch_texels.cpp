@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -287,9 +288,18 @@ PatchTexels layTexels(const Scene& scene, const PlaySpace& playSpace, const Patc
     }
   });
 
-  // Join the parts in order.
-  result.firstTexel.push_back(0);
+  // Join the parts in order; each goes once it is joined.
+  std::size_t texels = 0, points = 0;
   for (const Part& part : parts) {
+    texels += part.texels.size();
+    points += part.points.size();
+  }
+  result.texels.reserve(texels);
+  result.points.reserve(points);
+  result.firstTexel.reserve(set.patches.size() + 1);
+  result.firstTexel.push_back(0);
+  for (Part& each : parts) {
+    const Part part = std::move(each);
     const auto base = static_cast<std::uint32_t>(result.points.size());
     for (PatchTexel texel : part.texels) {
       texel.firstPoint += base;

@@ -25,11 +25,15 @@ namespace {
 
 // Counts grow about like texelSize^-1.6: between lines and areas.
 constexpr double kCountPower = 1.6;
-// Bytes per texel of a patch: the texel with the spots for its cache, twice, because the best trial is kept during the
-// search, and what sharing caches needs. Per texel of the largest patch: its samples. Per texel of the light map. Per
-// corner.
-constexpr double kTexelBytes = 2.0 * (sizeof(PatchTexel) + 9.0 * sizeof(ChartPoint)) + 160.0, kSampledBytes = 500.0,
-                 kAtlasBytes = 17.0, kCornerBytes = 12.0;
+// Bytes per patch: its resolution, and where its texels begin. Per texel of a patch: itself, and each spot for its
+// cache; those are in parts first, which double as they grow and are joined one by one. Then per texel: what sharing
+// caches needs. Per texel of the largest patch: its samples.
+constexpr double kPatchBytes = sizeof(glm::uvec2) + 2 * sizeof(std::uint32_t), kMostSpots = 9.0, kGrowth = 1.5,
+                 kSharedBytes = 130.0, kSampledBytes = 500.0;
+constexpr double kBesideBytes = 1 << 20;  // small things, and what the allocator keeps
+// Bytes per texel of the light map. Per triangle and side: which of its block's corners it has; per different corners,
+// the three. And of the triangles that are written at a time, before equal ones are found.
+constexpr double kAtlasBytes = 17.0, kWhichBytes = 1.1, kCornersPerTexel = 3.0, kWrittenAtOnce = 1u << 18;
 // The search for the texel size gives up a trial that opens this many times the caches asked for. Levels as people make
 // them stay below 3 from the first guess on (63 levels). Many full texels within one texel of each other may reach 300,
 // and the time to count them grows with the square of the texels.
@@ -88,11 +92,13 @@ class Placer {
                        " texels a side"};
 
     // 3. The texture of indices, and where the triangles read it
-    if (Status ok = reserveAtlas(plan->size); !ok) return ok.error();
+    if (Status ok = reserveAtlas(*plan, request); !ok) return ok.error();
     PlacedLightmap result;
-    result.lightmap =
+    Result<Lightmap> filled =
         fillAtlas(scene_, set_, trial.texels, trial.shared, request, *plan, gutter_, result.corners, seams_, context_);
     if (context_.cancelled()) return cancelledError();
+    if (!filled) return refusedByOptions(filled.error()).error();
+    result.lightmap = std::move(*filled);
     report(trial, *plan, request);
     warnAboutLightmap(scene_, set_, trial.texels, trial.shared, options_, context_);
     result.caches = std::move(trial.shared.caches);
@@ -123,31 +129,60 @@ class Placer {
                                                      : "lower --lightmap-caches";
   }
 
-  // Reserve memory before texels are laid, for all texels of all patches' rectangles.
+  // Reserve memory before texels are laid, for all texels of all patches' rectangles. (The best trial before is held.)
   Status reserveTexels(float texelSize) {
-    double texels = 0.0, largest = 0.0;
+    double texels = 0.0, spots = 0.0, largest = 0.0;
     for (const Patch& patch : set_.patches) {
       const glm::uvec2 size = resolutionOf(scene_, set_, patch, texelSize);
-      texels += static_cast<double>(size.x) * size.y;
-      largest = std::max(largest, static_cast<double>(size.x) * size.y);
+      const double count = static_cast<double>(size.x) * size.y;
+      texels += count;
+      if (size == glm::uvec2(1)) {
+        spots += static_cast<double>(set_.meshes[scene_.instances[patch.instance].mesh].points[patch.chart].size());
+      } else {
+        spots += kMostSpots * count;
+        largest = std::max(largest, count);
+      }
     }
     std::array<char, 48> text;
     std::snprintf(text.data(), text.size(), "%.0f texels of %.3g m", texels, static_cast<double>(texelSize));
-    Status ok =
-        reserveMemory(context_, "light map", kTexelBytes * texels + kSampledBytes * largest, text.data(), remedy());
-    // A light map that is too large is an error of the options: refuse it, instead of leaving it out with a warning.
-    if (!ok) ok.error().code = ErrorCode::usage;
-    return ok;
+    const double kept = sizeof(PatchTexel) * texels + sizeof(ChartPoint) * spots;
+    const double bytes = kBesideBytes + kPatchBytes * static_cast<double>(set_.patches.size()) + kept +
+                         std::max(kGrowth * kept + kSampledBytes * largest, kSharedBytes * texels);
+    return refusedByOptions(reserveMemory(context_, "light map", bytes, text.data(), remedy()));
   }
 
-  Status reserveAtlas(const glm::uvec2& size) {
-    const double texels = static_cast<double>(size.x) * size.y, corners = 3.0 * scene_.triangleCount();
-    Status ok = reserveMemory(context_, "light map", kAtlasBytes * texels + kCornerBytes * corners,
-                              std::to_string(size.x) + " x " + std::to_string(size.y) + " texels and " +
-                                  std::to_string(scene_.triangleCount()) + " triangles",
-                              remedy());
-    if (!ok) ok.error().code = ErrorCode::usage;
-    return ok;
+  // For the light map and where triangles read it, while caches are placed; and for the latter as the file has it.
+  Status reserveAtlas(const AtlasPlan& plan, const AtlasRequest& request) {
+    const glm::uvec2& size = plan.size;
+    const double triangles = scene_.triangleCount();
+    std::size_t largest = 0;
+    for (const Mesh& mesh : scene_.meshes) largest = std::max(largest, mesh.triangle.size());
+    double corners = 0.0;
+    bool anyBack = false;
+    for (std::size_t p = 0; p < set_.patches.size(); ++p) {
+      const Patch& patch = set_.patches[p];
+      const double own =
+          static_cast<double>(set_.meshes[scene_.instances[patch.instance].mesh].charts[patch.chart].triangle.size());
+      corners += request.rectangleOf[p] == kNone ? std::min(own, kCornersPerTexel) : own;
+      anyBack = anyBack || patch.side == 1;
+    }
+    const double sides = anyBack ? 2.0 : 1.0;
+    const double atOnce = std::min(triangles, kWrittenAtOnce + static_cast<double>(largest));
+    const double bytes = kBesideBytes + kAtlasBytes * size.x * size.y + kWhichBytes * sides * triangles +
+                         sizeof(TriangleCorners) * (corners + kGrowth * 2.0 * atOnce);
+    const std::string what = std::to_string(size.x) + " x " + std::to_string(size.y) + " texels and " +
+                             std::to_string(scene_.triangleCount()) + " triangles";
+    if (Status ok = refusedByOptions(reserveMemory(context_, "light map", bytes, what, remedy())); !ok) return ok;
+    return refusedByOptions(
+        expectMemory(context_, "light map", sizeof(TriangleCorners) * sides * triangles,
+                     "the coordinates of " + std::to_string(scene_.triangleCount()) + " triangles in the bake",
+                     "leave far or small instances out of the level"));
+  }
+
+  // A light map that is too large is an error of the options: refuse it, instead of leaving it out with a warning.
+  static Status refusedByOptions(Status status) {
+    if (!status) status.error().code = ErrorCode::usage;
+    return status;
   }
 
   double firstGuess(double target) const { return std::sqrt(set_.areaSeen / std::max(1.0, target)); }

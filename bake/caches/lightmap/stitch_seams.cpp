@@ -9,6 +9,7 @@
 // cache that they had.
 #include "bake/caches/lightmap/stitch_seams.h"
 
+#include "bake/base/memory_budget.h"
 #include "bake/base/parallel.h"
 #include "formats/pack.h"
 
@@ -19,7 +20,10 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <string>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 namespace relume {
 namespace {
@@ -117,8 +121,10 @@ class Stitcher {
   Stitcher(const Scene& scene, const SharedCaches& shared, float texelSize, const SeamTexels& texels)
       : scene_(scene), shared_(shared), texelSize_(texelSize), texels_(texels) {}
 
-  SeamJump run(const PatchSet& set, Context& context) {
+  Result<SeamJump> run(const PatchSet& set, Context& context) {
     collect(set, context);
+    if (!status_) return status_.error();
+    if (!reserveIndex(context)) return status_.error();
     SeamJump jump;
     jump.before = rootMeanSquare();
     for (const SeamPoint& p : points_) jump.length += static_cast<double>(p.length);
@@ -133,6 +139,8 @@ class Stitcher {
   }
 
  private:
+  using Read = std::pair<std::uint32_t, std::uint32_t>;  // of a texel, by a point
+
   const glm::vec3& positionAt(std::uint32_t texel) const { return shared_.caches[texels_.cache[texel]].positionWorld; }
 
   // The four texels of a coordinate; weights of side B are negative. False where one of them is empty.
@@ -152,8 +160,22 @@ class Stitcher {
     return true;
   }
 
+  // Grow the array of points, if that much may be held.
+  bool makeRoom(Context& context) {
+    constexpr std::size_t kFirst = 1024;
+    const std::size_t room = std::max(kFirst, 2 * points_.size());
+    status_ = reserve(static_cast<double>(room * sizeof(SeamPoint)), context);
+    if (status_) points_.reserve(room);
+    return static_cast<bool>(status_);
+  }
+
+  Status reserve(double bytes, Context& context) const {
+    return reserveMemory(context, "light map", bytes, std::to_string(points_.size()) + " and more points of its seams",
+                         "lower --lightmap-caches, or mark small instances \"gridLit\" in extras.relume");
+  }
+
   void addEdge(const Instance& instance, const LightmapPart& part, const MapCorners::Side& corners,
-               const SeamEdge& edge) {
+               const SeamEdge& edge, Context& context) {
     const Mesh& mesh = scene_.meshes[instance.mesh];
     std::array<std::array<glm::vec2, 2>, 2> uv;
     for (std::size_t s = 0; s < 2; ++s) {
@@ -174,9 +196,11 @@ class Stitcher {
       SeamPoint point;
       point.position = glm::mix(a, b, f);
       point.length = length / static_cast<float>(count);
-      if (addQuad(glm::mix(uv[0][0], uv[0][1], f), 1.0f, 0, point) &&
-          addQuad(glm::mix(uv[1][0], uv[1][1], f), -1.0f, 4, point))
-        points_.push_back(point);
+      if (!addQuad(glm::mix(uv[0][0], uv[0][1], f), 1.0f, 0, point) ||
+          !addQuad(glm::mix(uv[1][0], uv[1][1], f), -1.0f, 4, point))
+        continue;
+      if (points_.size() == points_.capacity() && !makeRoom(context)) return;
+      points_.push_back(point);
     }
   }
 
@@ -193,10 +217,20 @@ class Stitcher {
       const Instance& instance = scene_.instances[i];
       if (!instance.charted()) continue;
       for (const SeamEdge& edge : edges[instance.mesh]) {
-        addEdge(instance, texels_.parts[i], texels_.corners.front, edge);
-        addEdge(instance, texels_.parts[i], texels_.corners.back, edge);
+        if (!status_) return;
+        addEdge(instance, texels_.parts[i], texels_.corners.front, edge, context);
+        if (status_) addEdge(instance, texels_.parts[i], texels_.corners.back, edge, context);
       }
     }
+  }
+
+  bool reserveIndex(Context& context) {
+    reads_ = 0;
+    for (const SeamPoint& point : points_)
+      reads_ += static_cast<std::size_t>(
+          std::count_if(point.weight.begin(), point.weight.end(), [](float w) { return w != 0.0f; }));
+    status_ = reserve(static_cast<double>(reads_) * (sizeof(Read) + sizeof(std::uint32_t)), context);
+    return static_cast<bool>(status_);
   }
 
   // Collect which points read each texel, how many texels hold each cache, and where each texel's light came from.
@@ -205,7 +239,8 @@ class Stitcher {
     for (const std::uint32_t cache : texels_.cache) {
       if (cache != kNoCache) ++users_[cache];
     }
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> reads;
+    std::vector<Read> reads;
+    reads.reserve(reads_);
     for (std::uint32_t p = 0; p < points_.size(); ++p) {
       for (std::size_t k = 0; k < 8; ++k) {
         if (points_[p].weight[k] != 0.0f) reads.emplace_back(points_[p].texel[k], p);
@@ -213,6 +248,7 @@ class Stitcher {
     }
     std::sort(reads.begin(), reads.end());
     reads.erase(std::unique(reads.begin(), reads.end()), reads.end());
+    read_.reserve(reads.size());
     for (const auto& [texel, point] : reads) {
       if (touched_.empty() || touched_.back() != texel) {
         touched_.push_back(texel);
@@ -301,7 +337,9 @@ class Stitcher {
   const SharedCaches& shared_;
   const float texelSize_;
   const SeamTexels& texels_;
+  Status status_ = done();
   std::vector<SeamPoint> points_;
+  std::size_t reads_ = 0;                        // of texels by points
   std::vector<std::uint32_t> users_;             // texels that hold a cache
   std::vector<std::uint32_t> touched_;           // texels that seam points read, ascending
   std::vector<std::uint32_t> firstRead_, read_;  // [Size touched + 1] points of each
@@ -310,8 +348,8 @@ class Stitcher {
 
 }  // namespace
 
-SeamJump stitchSeams(const Scene& scene, const PatchSet& set, const SharedCaches& shared, float texelSize,
-                     const SeamTexels& texels, Context& context) {
+Result<SeamJump> stitchSeams(const Scene& scene, const PatchSet& set, const SharedCaches& shared, float texelSize,
+                             const SeamTexels& texels, Context& context) {
   return Stitcher(scene, shared, texelSize, texels).run(set, context);
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "bake/caches/lightmap/atlas_texels.h"
+#include "relume/result.h"
 
 namespace relume {
 
@@ -17,7 +18,8 @@ struct SeamTexels {
 };
 
 // Stitch the seams between surfaces that look the same way. A cache that a single texel reads stays with that texel.
-SeamJump stitchSeams(const Scene& scene, const PatchSet& set, const SharedCaches& shared, float texelSize,
-                     const SeamTexels& texels, Context& context);
+// failed: more points along seams than memory allows.
+Result<SeamJump> stitchSeams(const Scene& scene, const PatchSet& set, const SharedCaches& shared, float texelSize,
+                             const SeamTexels& texels, Context& context);
 
 }  // namespace relume
