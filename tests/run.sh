@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # Install what is missing, build, and run all tests. Works from a fresh clone on a bare Debian 12, as root or with sudo.
-#   tests/run.sh            the release suite; the same under ASan and UBSan; runtime and formats under TSan; a short fuzzing
-#                           (docs/TRUST.md)
+#   tests/run.sh            the release suite; the same under ASan and UBSan, with a short fuzzing; runtime
+#                           and formats under TSan (docs/TRUST.md)
 #   tests/run.sh --release  the release suite alone
 #   tests/run.sh --long     all, with the long runs: full accuracy, full conformance, a million surfels; games outside, built from
 #                           fetched sources and from packages; the browser's tests of three.js and of the sample page (three by
