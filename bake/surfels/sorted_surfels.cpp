@@ -9,7 +9,7 @@
 namespace relume {
 namespace {
 
-constexpr float kRounding = 1.0f + 1e-5f;  // keeps rounding errors from cutting a search's radius short
+constexpr float kRadiusRounding = 1.0f + 1e-5f;  // keeps rounding errors from cutting a search's radius short
 constexpr float kRoundings = 4.0f * std::numeric_limits<float>::epsilon();  // the same, of coordinates
 
 }  // namespace
@@ -20,7 +20,7 @@ std::uint32_t SortedSurfels::best(const MapPoint& point, float reach) const {
   float bestCost = kNoMapping;
   std::uint32_t found = kNone;
   const auto search = [&](float radius) {
-    grid.forEachRunIn(grid.boxAround(p, radius * kRounding + slack), [&](std::uint32_t begin, std::uint32_t end) {
+    grid.forEachRunIn(grid.boxAround(p, radius * kRadiusRounding + slack), [&](std::uint32_t begin, std::uint32_t end) {
       for (std::uint32_t i = begin; i < end; ++i) {
         const float cost = mapCost(point, surfel[i], spacing, reach);
         if (!(cost < kNoMapping) || cost > bestCost || (cost == bestCost && id[i] >= found)) continue;

@@ -23,7 +23,7 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kSides = 256, kTexels = 4096;  // of a chunk
+constexpr std::uint32_t kRsmSides = 256, kTexels = 4096;  // of a chunk
 constexpr std::uint32_t kNoVoxel = 0xFFFFFFFFu;
 constexpr float kLittle = 0.5f;        // [voxel faces] a side with less area looks for a neighbour
 constexpr float kLeastArea = 0.0625f;  // [voxel faces] that flux is spread over at least
@@ -31,7 +31,7 @@ constexpr float kSameWay = 0.7f;       // cosine between sides that face the sam
 constexpr double kMostPerFlux = 1e30;  // [1/(m² sr)] of voxels next to no metre wide: no light stays none
 constexpr int kFinestUnit = -100;      // exponent: single precision has units and their inverse
 
-Error noMemory() {
+Error noMemoryForMaps() {
   return {ErrorCode::memory, "voxels lit by reflective shadow maps: memory ran out; fewer cells take less"};
 }
 
@@ -159,7 +159,7 @@ RsmTargets findRsmTargets(const VoxelVolume& volume) {
   targets.side.resize(sides);
   targets.perFlux.assign(sides, 0.0f);
   const auto isRead = [&](std::uint32_t s) { return voxelAt(volume, volume.voxelOfSide(s)) == s / 2; };
-  forChunks(volume.parallelFor(), sides, kSides, [&](std::uint32_t begin, std::uint32_t end) {
+  forChunks(volume.parallelFor(), sides, kRsmSides, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t s = begin; s < end; ++s)
       targets.side[s] = isRead(s) && areaOf(volume, s) < kLittle * face ? targetOf(volume, s, face) : s;
   });
@@ -216,7 +216,7 @@ Status RsmVoxels::light(VoxelVolume& volume, std::span<const RsmImage> images, c
     arrived_ = total[0] > 0 ? static_cast<float>(static_cast<double>(total[1]) / static_cast<double>(total[0])) : 1.0f;
 
     // 2. Radiance
-    forChunks(volume.parallelFor(), sides, kSides, [&](std::uint32_t begin, std::uint32_t end) {
+    forChunks(volume.parallelFor(), sides, kRsmSides, [&](std::uint32_t begin, std::uint32_t end) {
       for (std::uint32_t s = begin; s < end; ++s) {
         const std::uint64_t* const sum = &sums_[3 * std::size_t{targets_.side[s]}];
         const glm::vec3 flux = glm::vec3(cut(sum[0]), cut(sum[1]), cut(sum[2])) * unit_;
@@ -227,7 +227,7 @@ Status RsmVoxels::light(VoxelVolume& volume, std::span<const RsmImage> images, c
     injectMs_ = watch.lap();
   } catch (const std::bad_alloc&) {
     follows_ = false;
-    return noMemory();
+    return noMemoryForMaps();
   }
   return done();
 }

@@ -15,11 +15,11 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kSides = 256;  // of a chunk
-constexpr float kLeastCosine = 0.3f;   // of a surfel that counts for a side
+constexpr std::uint32_t kBakeSides = 256;  // of a chunk
+constexpr float kLeastCosine = 0.3f;       // of a surfel that counts for a side
 constexpr std::uint32_t kNowhere = 0xFFFFFFFFu;
 
-Error noMemory() { return {ErrorCode::memory, "voxels lit by a bake: memory ran out; fewer cells take less"}; }
+Error noMemoryForBake() { return {ErrorCode::memory, "voxels lit by a bake: memory ran out; fewer cells take less"}; }
 
 // A surface on a standing side.
 struct Placed {
@@ -56,7 +56,7 @@ Result<SurfelVoxels> SurfelVoxels::create(const VoxelVolume& volume, const Bake&
     SurfelVoxels lit;
     const std::uint32_t count = bake.surfels.count(), sides = volume.standingSides();
     std::vector<Placed> placed(count);
-    forChunks(volume.parallelFor(), count, kSides, [&](std::uint32_t begin, std::uint32_t end) {
+    forChunks(volume.parallelFor(), count, kBakeSides, [&](std::uint32_t begin, std::uint32_t end) {
       for (std::uint32_t s = begin; s < end; ++s)
         placed[s] = sideAround(volume, volume.grid().toGrid(bake.surfels.positionWorld[s]), bake.surfels.normal[s]);
     });
@@ -83,7 +83,7 @@ Result<SurfelVoxels> SurfelVoxels::create(const VoxelVolume& volume, const Bake&
     lit.standingVersion_ = volume.standingVersion();
     return lit;
   } catch (const std::bad_alloc&) {
-    return noMemory();
+    return noMemoryForBake();
   }
 }
 
@@ -94,7 +94,7 @@ Status SurfelVoxels::light(VoxelVolume& volume, const Relighter& relighter, cons
     // What the grid has at sides without surfels
     bounced_.assign(volume.sideCount(), glm::vec3(0.0f));
     const auto hasSurfels = [&](std::uint32_t s) { return s < volume.standingSides() && first_[s + 1] > first_[s]; };
-    forChunks(volume.parallelFor(), volume.sideCount(), kSides, [&](std::uint32_t begin, std::uint32_t end) {
+    forChunks(volume.parallelFor(), volume.sideCount(), kBakeSides, [&](std::uint32_t begin, std::uint32_t end) {
       for (std::uint32_t s = begin; s < end; ++s) {
         const VoxelSide& side = volume.side(s);
         if (!hasSurfels(s)) bounced_[s] = relighter.irradianceInGrid(side.positionWorld, side.normal);
@@ -103,7 +103,7 @@ Status SurfelVoxels::light(VoxelVolume& volume, const Relighter& relighter, cons
     volume.reflect(bounced_, emissionScale);
     // The mean of the surfels, which are all of one size, by how squarely they face the side
     const std::vector<glm::vec3> radiosity = relighter.nodeRadiosity();
-    forChunks(volume.parallelFor(), volume.standingSides(), kSides, [&](std::uint32_t begin, std::uint32_t end) {
+    forChunks(volume.parallelFor(), volume.standingSides(), kBakeSides, [&](std::uint32_t begin, std::uint32_t end) {
       for (std::uint32_t s = begin; s < end; ++s) {
         if (!hasSurfels(s)) continue;
         glm::vec3 sum(0.0f);
@@ -116,7 +116,7 @@ Status SurfelVoxels::light(VoxelVolume& volume, const Relighter& relighter, cons
       }
     });
   } catch (const std::bad_alloc&) {
-    return noMemory();
+    return noMemoryForBake();
   }
   return done();
 }

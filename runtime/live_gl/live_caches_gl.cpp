@@ -28,7 +28,7 @@ using gl::GrowingBuffer, gl::GrowingRows;
 constexpr std::uint32_t kTexels = 7, kBasis = 9;  // of a cache; of a channel
 constexpr int kParallelLanes = 32;
 
-Error noMemory() { return {ErrorCode::memory, "live light: memory ran out; fewer cells take less"}; }
+Error noMemoryForLight() { return {ErrorCode::memory, "live light: memory ran out; fewer cells take less"}; }
 
 std::uint32_t rowsOf(std::size_t items, std::uint32_t aRow) {
   return static_cast<std::uint32_t>((items + aRow - 1) / aRow);
@@ -340,7 +340,7 @@ Status LiveCachesGl::lightDirectly(const VoxelVolume& volume, const LightSetup& 
     s.directTimer.endFrame();
     s.waitForAll();
   } catch (const std::bad_alloc&) {
-    return noMemory();
+    return noMemoryForLight();
   }
   return done();
 }
@@ -355,7 +355,7 @@ Status LiveCachesGl::copyDirect(const VoxelVolume& volume) {
     for (const glm::vec3& e : volume.direct()) light.emplace_back(e, 0.0f);
     s.direct.write(0, gl::bytesOf(light));
   } catch (const std::bad_alloc&) {
-    return noMemory();
+    return noMemoryForLight();
   }
   return done();
 }
@@ -378,7 +378,7 @@ Status LiveCachesGl::update(const VoxelVolume& volume, const LiveFrame& frame) {
     s.timer.endFrame();
     s.isReadBack = false;
   } catch (const std::bad_alloc&) {
-    return noMemory();
+    return noMemoryForLight();
   }
   return done();
 }

@@ -27,7 +27,7 @@ constexpr std::uint32_t kSnapChunk = 4096, kSides = 64;  // 4 x 64 places: as ma
 constexpr float kLift = 0.05f;                           // [voxel] of places off their surface, which is rounded
 
 Error voxelsError(const std::string& what) { return {ErrorCode::usage, "voxels: " + what}; }
-Error noMemory() { return {ErrorCode::memory, "voxels: memory ran out; fewer cells take less"}; }
+Error noMemoryForVoxels() { return {ErrorCode::memory, "voxels: memory ran out; fewer cells take less"}; }
 
 glm::vec3 placed(const glm::mat4x3& toWorld, const glm::vec3& p) {
   return toWorld[0] * p.x + toWorld[1] * p.y + toWorld[2] * p.z + toWorld[3];
@@ -99,7 +99,7 @@ Result<VoxelVolume> VoxelVolume::create(const VoxelGeometry& geometry, const Vox
     volume.voxeliseMs_ = watch.lap();
     return volume;
   } catch (const std::bad_alloc&) {
-    return noMemory();
+    return noMemoryForVoxels();
   }
 }
 
@@ -267,7 +267,7 @@ Status VoxelVolume::move(std::span<const glm::mat4x3> toWorld) {
                          std::to_string(next) + " parts that move");
     if (Status ok = place(true, std::move(parts), {}); !ok) return ok;
   } catch (const std::bad_alloc&) {
-    return noMemory();
+    return noMemoryForVoxels();
   }
   moveMs_ = watch.lap();
   return done();
@@ -290,7 +290,7 @@ Status VoxelVolume::edit(std::span<const PartEdit> edits) {
     }
     if (Status ok = place(false, std::move(parts), edits); !ok) return ok;
   } catch (const std::bad_alloc&) {
-    return noMemory();
+    return noMemoryForVoxels();
   }
   voxeliseMs_ = watch.lap();
   return done();
@@ -362,7 +362,7 @@ Status VoxelVolume::lightDirectly(const LightSetup& setup) {
     forChunks(parallelFor_, sideCount(), kSides,
               [&](std::uint32_t first, std::uint32_t last) { direct.light(first, last, direct_); });
   } catch (const std::bad_alloc&) {
-    return noMemory();
+    return noMemoryForVoxels();
   }
   directMs_ = watch.lap();
   return done();
