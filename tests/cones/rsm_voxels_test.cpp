@@ -20,8 +20,6 @@ namespace {
 
 using namespace test;
 
-constexpr double kPi = std::numbers::pi;
-
 // A room of [-1.5, 1.5]³ and a floor in it, of [-1, 1]² at height 0, which a plate's map lies on.
 VoxelVolume roomWithFloor(std::uint32_t cells = 16) {
   VoxelLevel level;
@@ -40,7 +38,7 @@ double fluxOf(const VoxelVolume& volume) {
   double sum = 0.0;
   for (std::uint32_t s = 0; s < volume.sideCount(); ++s) {
     const float own = volume.side(s).area, area = own > 0.0f ? own : volume.side(s ^ 1u).area;
-    sum += kPi * static_cast<double>(radianceOf(volume, s).x) * static_cast<double>(area);
+    sum += std::numbers::pi * static_cast<double>(radianceOf(volume, s).x) * static_cast<double>(area);
   }
   return sum;
 }
@@ -57,7 +55,7 @@ TEST(RsmVoxels, allFluxIsInTheVoxels) {
   const LitPlate plate(256, {1.0f, 0.5f, 0.0f});
   const RsmVoxels maps = lit(volume, {plate.image()});
   EXPECT_EQ(maps.arrived(), 1.0f);
-  const double expected = kPi * static_cast<double>(plateArea());
+  const double expected = std::numbers::pi * static_cast<double>(plateArea());
   EXPECT_NEAR(fluxOf(volume), expected, 1e-4 * expected);
   double counted = 0.0;
   for (std::size_t i = 0; i < maps.sums().size(); i += 3)
@@ -97,7 +95,7 @@ TEST(RsmVoxels, slantedPlatesHaveNoBrightVoxels) {
     LitPlate plate(512);
     plate.place(glm::vec3(0.0f), right, up, normal);
     const RsmVoxels maps = lit(volume, {plate.image()});
-    const double expected = kPi * static_cast<double>(plateArea());
+    const double expected = std::numbers::pi * static_cast<double>(plateArea());
     EXPECT_GT(maps.arrived(), 0.995f) << i << ", of which the rest is beyond the plate's own voxels at its edges";
     EXPECT_NEAR(fluxOf(volume), static_cast<double>(maps.arrived()) * expected, 1e-3 * expected) << i;
     float most = 0.0f;
@@ -189,7 +187,7 @@ TEST(RsmVoxels, whatMovesIsLitWhereItIs) {
   VoxelVolume volume = volumeOf(level, coarse(16));
   const LitPlate plate(128);
   RsmVoxels maps = lit(volume, {plate.image()});
-  const double expected = kPi * static_cast<double>(plateArea());
+  const double expected = std::numbers::pi * static_cast<double>(plateArea());
   EXPECT_NEAR(fluxOf(volume), expected, 1e-4 * expected);
   glm::mat4x3 to(1.0f);
   to[3].y = 0.5f;
