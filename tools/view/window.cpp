@@ -287,8 +287,11 @@ Status runWindow(Scene scene, LevelPtr level, const ViewerOptions& options) {
     return Error{ErrorCode::unsupported, "OpenGL 4.3 expected, " + std::to_string(epoxy_gl_version()) + " found"};
   firstLight.step("window");
   ViewerOptions chosen = options;
-  if (options.choosesLiveBackend) chosen.live.backend = LiveCachesGl::fasterBackend(glfwGetProcAddress);
+  const BackendKind faster = LiveCachesGl::fasterBackend(glfwGetProcAddress);
+  if (options.choosesLiveBackend) chosen.live.backend = faster;
   state->live = chosen.live;
+  // Where a processor draws, objects that shadow light over links take several frames' time: when they are asked for.
+  state->movingParts = faster == BackendKind::gl;
   Session session(std::move(*state), chosen, glfwGetProcAddress);
   if (level) {
     if (Status ok = session.show(std::move(level)); !ok) return ok;
