@@ -22,8 +22,9 @@ enum Row {
   kLuma = 11,
   kChroma,
   kBy,
+  kObjects,
   kLinks,
-  kCompare = 19,
+  kCompare = 20,
   kCosts
 };
 // Once what emits is open.
