@@ -379,15 +379,19 @@ struct RelumeSurfels {
 
 // A batch: the caches and links that one binding of the link buffers covers. relumeFirstLink: link at its start;
 // relumeWordOffset, relumeHalfOffset: its first word and half within the bindings. relumeShapeStride: coefficients of
-// an SH link. relumeGridLinks: how many irradiance links have a shape, counted from the bake's first. The last two: of
-// the light map alone.
-#define RELUME_CACHE_PARAMETERS(P) \
+// an SH link.
+#define RELUME_BATCH_PARAMETERS(P) \
   P(uint, relumeFirstCache)        \
   P(uint, relumeEndCache)          \
   P(uint, relumeFirstLink)         \
   P(uint, relumeWordOffset)        \
   P(uint, relumeHalfOffset)        \
-  P(uint, relumeShapeStride)       \
+  P(uint, relumeShapeStride)
+
+// relumeGridLinks: how many irradiance links have a shape, counted from the bake's first. The last two: of the light map
+// alone.
+#define RELUME_CACHE_PARAMETERS(P) \
+  RELUME_BATCH_PARAMETERS(P)       \
   P(uint, relumeGridLinks)         \
   P(uint, relumeFirstMapCache)     \
   P(uint, relumeMapWidth)
@@ -397,14 +401,9 @@ struct RelumeSurfels {
   P(uint, relumeFirstPart)              \
   P(uint, relumeEndPart) P(uint, relumeFirstLight) P(uint, relumeLightCount) P(float, relumeBounceScale)
 
-// The first five as those of caches. relumePoints, relumePlaces: first words of the points and of the caches' places.
+// relumePoints, relumePlaces: first words of the points and of the caches' places.
 #define RELUME_OCCLUDE_PARAMETERS(P) \
-  P(uint, relumeFirstCache)          \
-  P(uint, relumeEndCache)            \
-  P(uint, relumeFirstLink)           \
-  P(uint, relumeWordOffset)          \
-  P(uint, relumeHalfOffset)          \
-  P(uint, relumeShapeStride)         \
+  RELUME_BATCH_PARAMETERS(P)         \
   P(uint, relumePartCount)           \
   P(uint, relumeFirstLight)          \
   P(uint, relumePoints)              \

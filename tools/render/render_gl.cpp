@@ -3,6 +3,7 @@
 // is bound by memory and not by the largest framebuffer.
 #include "tools/gl_scene/egl_context.h"
 
+#include "tools/gl_scene/draw_targets.h"
 #include "tools/gl_scene/gl_level.h"
 #include "tools/gl_scene/level_shader.h"
 #include "tools/gl_scene/shadow_maps.h"
@@ -88,43 +89,13 @@ void main() {
 }
 )";
 
-// Four float targets and a depth buffer of one tile.
-class Targets {
+// What a tile is drawn into.
+class Targets : public DrawTargets {
  public:
-  Targets(std::uint32_t width, std::uint32_t height)
-      : width_(width), height_(height), framebuffer_(GlFramebuffer::make()) {
-    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
-    std::array<GLenum, 4> buffers{};
-    for (std::size_t i = 0; i < 4; ++i) {
-      textures_[i] = storage(GL_RGBA32F);
-      buffers[i] = GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(i);
-      glFramebufferTexture2D(GL_FRAMEBUFFER, buffers[i], GL_TEXTURE_2D, textures_[i].name(), 0);
-    }
-    depth_ = storage(GL_DEPTH_COMPONENT32F);
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_.name(), 0);
-    glDrawBuffers(4, buffers.data());
-  }
-  bool complete() const { return glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE; }
-  void begin(std::uint32_t width, std::uint32_t height) const {
-    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
-    glViewport(0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
-    glEnable(GL_DEPTH_TEST);
-    glDepthFunc(GL_LESS);
-    glDepthMask(GL_TRUE);
-    glDisable(GL_CULL_FACE);
-    glDisable(GL_BLEND);
-    glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
-    glClearDepth(1.0);
-    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  }
+  using DrawTargets::DrawTargets;
   // What cones start from, as drawn with renderSurfaces.
   PixelTextures surfaces(bool mirrors) const {
-    return {width_,
-            height_,
-            textures_[0].name(),
-            textures_[1].name(),
-            textures_[2].name(),
-            mirrors ? textures_[3].name() : 0u};
+    return {width(), height(), texture(0), texture(1), texture(2), mirrors ? texture(3) : 0u};
   }
   // Pixels of one target, row 0 at the bottom.
   void read(int target, std::uint32_t width, std::uint32_t height, std::vector<glm::vec4>& pixels) const {
@@ -132,20 +103,6 @@ class Targets {
     glReadBuffer(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(target));
     glReadPixels(0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGBA, GL_FLOAT, pixels.data());
   }
-
- private:
-  GlTexture storage(GLenum format) const {
-    GlTexture texture = GlTexture::make();
-    glBindTexture(GL_TEXTURE_2D, texture.name());
-    glTexStorage2D(GL_TEXTURE_2D, 1, format, static_cast<GLsizei>(width_), static_cast<GLsizei>(height_));
-    glBindTexture(GL_TEXTURE_2D, 0);
-    return texture;
-  }
-
-  std::uint32_t width_, height_;
-  GlFramebuffer framebuffer_;
-  std::array<GlTexture, 4> textures_;
-  GlTexture depth_;
 };
 
 // A rectangle of pixels of the image.

@@ -49,30 +49,6 @@ Result<std::unique_ptr<ViewCones>> ViewCones::create(bool occlusion, const GetPr
   return std::unique_ptr<ViewCones>(new ViewCones(occlusion, std::move(*cones)));
 }
 
-void ViewCones::resize(std::uint32_t width, std::uint32_t height) {
-  if (width_ == width && height_ == height) return;
-  const auto texture = [&](GLenum format) {
-    GlTexture made = GlTexture::make();
-    glBindTexture(GL_TEXTURE_2D, made.name());
-    glTexStorage2D(GL_TEXTURE_2D, 1, format, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
-    glBindTexture(GL_TEXTURE_2D, 0);
-    return made;
-  };
-  framebuffer_ = GlFramebuffer::make();
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
-  std::array<GLenum, 4> buffers{};
-  for (std::size_t i = 0; i < buffers.size(); ++i) {
-    surfaces_[i] = texture(GL_RGBA32F);
-    buffers[i] = GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(i);
-    glFramebufferTexture2D(GL_FRAMEBUFFER, buffers[i], GL_TEXTURE_2D, surfaces_[i].name(), 0);
-  }
-  depth_ = texture(GL_DEPTH_COMPONENT32F);
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_.name(), 0);
-  glDrawBuffers(static_cast<GLsizei>(buffers.size()), buffers.data());
-  width_ = width;
-  height_ = height;
-}
-
 Result<GLuint> ViewCones::program(bool gloss) {
   const std::size_t which = gloss ? 1 : 0;
   if (!isMade_[which]) {
@@ -93,17 +69,9 @@ Status ViewCones::update(const ViewState& state, const LiveOnGpu& light, const C
   const bool gloss = state.gloss && !occlusion_;
   const Result<GLuint> surfaces = program(gloss);
   if (!surfaces) return surfaces.error();
-  resize(view.width, view.height);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
-  glViewport(0, 0, static_cast<GLsizei>(view.width), static_cast<GLsizei>(view.height));
-  glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_LESS);
-  glDepthMask(GL_TRUE);
-  glDisable(GL_CULL_FACE);
-  glDisable(GL_BLEND);
-  glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
-  glClearDepth(1.0);
-  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  if (surfaces_.width() != view.width || surfaces_.height() != view.height)
+    surfaces_ = DrawTargets(view.width, view.height);
+  surfaces_.begin(view.width, view.height);
   glUseProgram(*surfaces);
   glUniform3fv(23, 1, glm::value_ptr(state.camera.position));
   glUniform1f(24, glossyExponent(state.roughness));
@@ -112,12 +80,8 @@ Status ViewCones::update(const ViewState& state, const LiveOnGpu& light, const C
   // 2. Cones from there
   const std::vector<glm::vec3> map = liveSkyMap(state.sky);
   const LiveSky sky{state.sky.radiance, map, map.empty() ? 0 : kLiveSkySide};
-  PixelTextures pixels{width_,
-                       height_,
-                       surfaces_[0].name(),
-                       surfaces_[1].name(),
-                       surfaces_[2].name(),
-                       occlusion_ ? 0u : surfaces_[3].name()};
+  PixelTextures pixels{view.width,           view.height,          surfaces_.texture(0),
+                       surfaces_.texture(1), surfaces_.texture(2), occlusion_ ? 0u : surfaces_.texture(3)};
   pixels.clipFromWorld = view.clipFromWorld;
   return cones_.trace(pixels, sky);
 }

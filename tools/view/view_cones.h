@@ -7,6 +7,7 @@
 #include "relume/relighter.h"
 #include "relume/result.h"
 #include "runtime/live_gl/cones_gl.h"
+#include "tools/gl_scene/draw_targets.h"
 #include "tools/gl_scene/gl_handle.h"
 #include "tools/view/live_on_gpu.h"
 #include "tools/view/view_state.h"
@@ -52,18 +53,13 @@ class ViewCones {
 
  private:
   ViewCones(bool occlusion, ConesGl cones) : occlusion_(occlusion), cones_(std::move(cones)) {}
-  void resize(std::uint32_t width, std::uint32_t height);
   Result<GLuint> program(bool gloss);
 
   bool occlusion_;
   ConesGl cones_;
   std::array<GlProgram, 2> programs_;  // of surfaces without materials' gloss, and with it
   std::array<bool, 2> isMade_{};
-  // Places, planes, normals, mirrored directions
-  std::array<GlTexture, 4> surfaces_;
-  GlTexture depth_;
-  GlFramebuffer framebuffer_;
-  std::uint32_t width_ = 0, height_ = 0;
+  DrawTargets surfaces_;   // places, planes, normals, mirrored directions
   std::uint64_t lit_ = 0;  // that the voxels are of, 0 = none
 };
 

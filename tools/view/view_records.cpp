@@ -4,6 +4,7 @@
 
 #include "bake/rays/ray_tracer.h"
 #include "relume/bake/options.h"
+#include "tools/gl_scene/draw_targets.h"
 #include "tools/gl_scene/gl_level.h"
 #include "tools/render/hit_light.h"
 #include "tools/render/view_options.h"
@@ -76,16 +77,6 @@ bool hasChanged(const std::vector<glm::vec3>& before, const std::vector<glm::vec
     difference += d.x + d.y + d.z;
   }
   return difference > static_cast<double>(kChanged) * sum;
-}
-
-GlTexture makeTexture(GLenum format, std::uint32_t width, std::uint32_t height) {
-  GlTexture made = GlTexture::make();
-  glBindTexture(GL_TEXTURE_2D, made.name());
-  glTexStorage2D(GL_TEXTURE_2D, 1, format, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  glBindTexture(GL_TEXTURE_2D, 0);
-  return made;
 }
 
 }  // namespace

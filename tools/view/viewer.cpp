@@ -4,6 +4,7 @@
 
 #include "formats/color.h"
 #include "tools/base/clock.h"
+#include "tools/gl_scene/draw_targets.h"
 #include "tools/gl_scene/gl_program.h"
 #include "tools/gl_scene/level_shader.h"
 #include "tools/render/read_sky_map.h"
@@ -287,14 +288,8 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
 }
 
 Result<std::vector<glm::vec3>> Viewer::irradiance(const ViewState& state, std::uint32_t width, std::uint32_t height) {
-  const auto texture = [&](GLenum format) {
-    GlTexture made = GlTexture::make();
-    glBindTexture(GL_TEXTURE_2D, made.name());
-    glTexStorage2D(GL_TEXTURE_2D, 1, format, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
-    glBindTexture(GL_TEXTURE_2D, 0);
-    return made;
-  };
-  const GlTexture color = texture(GL_RGBA32F), depth = texture(GL_DEPTH_COMPONENT32F);
+  const GlTexture color = makeTexture(GL_RGBA32F, width, height);
+  const GlTexture depth = makeTexture(GL_DEPTH_COMPONENT32F, width, height);
   const GlFramebuffer framebuffer = GlFramebuffer::make();
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, color.name(), 0);
