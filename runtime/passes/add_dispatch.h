@@ -10,6 +10,17 @@
 namespace relume::gpu {
 
 template <class Parameters>
+Parameters FramePlan::batchParameters(const LinkBatch& links) const {
+  Parameters parameters{};
+  parameters.relumeEndCache = links.endCache;
+  parameters.relumeFirstLink = links.firstLink;
+  parameters.relumeWordOffset = links.wordOffset;
+  parameters.relumeHalfOffset = links.halfOffset;
+  parameters.relumeShapeStride = shapeStride_;
+  return parameters;
+}
+
+template <class Parameters>
 void FramePlan::dispatch(GpuPass pass, std::uint32_t set, Parameters parameters, std::uint32_t Parameters::*begin,
                          std::uint32_t first, std::uint32_t end, std::uint32_t perGroup, bool waits,
                          std::uint32_t texture) {

@@ -138,6 +138,9 @@ class FramePlan {
   std::uint32_t addProgram(ProgramSource source);
   std::uint32_t addSet(std::uint32_t program, std::initializer_list<std::span<const GpuBinding>> bindings);
 
+  // A batch's RELUME_BATCH_PARAMETERS.
+  template <class Parameters>
+  Parameters batchParameters(const LinkBatch& links) const;
   // Add dispatches that cover [first, end) of what `begin` and `stop` say, `perGroup` to a group.
   template <class Parameters>
   void dispatch(GpuPass pass, std::uint32_t set, Parameters parameters, std::uint32_t Parameters::*begin,

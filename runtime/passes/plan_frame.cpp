@@ -138,12 +138,7 @@ void FramePlan::addCaches(bool moves) {
   for (const Batch& batch : batches_) {
     const LinkBatch& links = batch.links;
     const bool map = links.firstCache >= firstMapCache_;
-    gl::RelumeCacheParameters parameters{};
-    parameters.relumeEndCache = links.endCache;
-    parameters.relumeFirstLink = links.firstLink;
-    parameters.relumeWordOffset = links.wordOffset;
-    parameters.relumeHalfOffset = links.halfOffset;
-    parameters.relumeShapeStride = shapeStride_;
+    auto parameters = batchParameters<gl::RelumeCacheParameters>(links);
     parameters.relumeGridLinks = shapedLinks_;
     parameters.relumeFirstMapCache = firstMapCache_;
     parameters.relumeMapWidth = bake_.caches.lightmap.width;

@@ -87,12 +87,7 @@ bool FramePlan::addMoving(const LightSetup& setup, bool bounces) {
   bool waits = true;
   for (const Batch& batch : batches_) {
     const LinkBatch& links = batch.links;
-    gl::RelumeOccludeParameters parameters{};
-    parameters.relumeEndCache = links.endCache;
-    parameters.relumeFirstLink = links.firstLink;
-    parameters.relumeWordOffset = links.wordOffset;
-    parameters.relumeHalfOffset = links.halfOffset;
-    parameters.relumeShapeStride = shapeStride_;
+    auto parameters = batchParameters<gl::RelumeOccludeParameters>(links);
     parameters.relumePartCount = parts;
     parameters.relumeFirstLight = moving_.firstLight;
     parameters.relumePoints = moving_.points;
