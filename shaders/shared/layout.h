@@ -388,8 +388,8 @@ struct RelumeSurfels {
   P(uint, relumeHalfOffset)        \
   P(uint, relumeShapeStride)
 
-// relumeGridLinks: how many irradiance links have a shape, counted from the bake's first. The last two: of the light map
-// alone.
+// relumeGridLinks: how many irradiance links have a shape, counted from the bake's first. The last two: of the light
+// map alone.
 #define RELUME_CACHE_PARAMETERS(P) \
   RELUME_BATCH_PARAMETERS(P)       \
   P(uint, relumeGridLinks)         \
