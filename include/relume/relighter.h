@@ -142,6 +142,9 @@ struct GlResolveInputs {
   // With RelightOptions::gridTexture. GL_TEXTURE_3D: six slabs along z, one for each half of the sphere, with an empty
   // texel between two. RGBA16F: luma vector and weight; RG16F: Co, Cg; R8UI: which cells may be read.
   std::uint32_t gridVectors = 0, gridChroma = 0, gridOpen = 0;
+  // SSBO: radiosity [W/m²] of each node of the bake's hierarchy, a word each: relumeUnpackColor() of
+  // shaders/lib/pack.glsl
+  std::uint32_t nodes = 0;
 };
 
 // Step 6 in the host's own shaders, and the surfel pass for its shadows. The relighter's context must be current.

@@ -87,9 +87,14 @@ Result<SurfelVoxels> SurfelVoxels::create(const VoxelVolume& volume, const Bake&
   }
 }
 
-Status SurfelVoxels::light(VoxelVolume& volume, const Relighter& relighter, const glm::vec3& emissionScale) {
+Status SurfelVoxels::checkVolume(const VoxelVolume& volume) const {
   if (standingVersion_ != volume.standingVersion())
     return Error{ErrorCode::usage, "voxels lit by a bake: the volume has been edited; make them anew"};
+  return done();
+}
+
+Status SurfelVoxels::light(VoxelVolume& volume, const Relighter& relighter, const glm::vec3& emissionScale) {
+  if (Status ok = checkVolume(volume); !ok) return ok;
   try {
     // What the grid has at sides without surfels
     bounced_.assign(volume.sideCount(), glm::vec3(0.0f));

@@ -12,12 +12,19 @@
 #include "runtime/voxels/voxel_volume.h"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace relume {
 
 class SurfelVoxels {
  public:
+  // A surfel in a voxel: its leaf, and how squarely it faces the side.
+  struct Sender {
+    std::uint32_t node = 0;
+    float weight = 0.0f;
+  };
+
   // Which surfels of a bake lie in which standing voxels. Of a bake of another level few do. memory: it ran out.
   static Result<SurfelVoxels> create(const VoxelVolume& volume, const Bake& bake);
 
@@ -28,13 +35,13 @@ class SurfelVoxels {
   // [0..1] of the standing sides that have triangles: those with surfels.
   float covered() const { return covered_; }
 
- private:
-  // A surfel in a voxel: its leaf, and how squarely it faces the side.
-  struct Sender {
-    std::uint32_t node = 0;
-    float weight = 0.0f;
-  };
+  // usage: the volume's standing parts have been edited since create().
+  [[nodiscard]] Status checkVolume(const VoxelVolume& volume) const;
+  // Where the senders of each standing side begin, and of the last one end. [Size standing sides + 1]
+  std::span<const std::uint32_t> first() const { return first_; }
+  std::span<const Sender> senders() const { return sender_; }
 
+ private:
   std::vector<std::uint32_t> first_;  // [Size standing sides + 1] of each side in sender_
   std::vector<Sender> sender_;
   std::vector<glm::vec3> bounced_;  // [W/m²] [Size sides]

@@ -240,7 +240,8 @@ GlResolveInputs GlBackend::inputs() const {
           buffer(gpu::kResolve),
           gridImage(0),
           gridImage(1),
-          gridImage(2)};
+          gridImage(2),
+          buffer(gpu::kNodes)};
 }
 
 }  // namespace relume::gl

@@ -209,9 +209,9 @@ void ConeLevels::writeRadiance(const VoxelVolume& volume) {
   radiance_.write(bytesOf(texels));
 }
 
-void ConeLevels::inject(const LiveCachesGl& caches) {
+void ConeLevels::inject(const LitSides& lit) {
   gl_.ActiveTexture(GL_TEXTURE0 + RELUME_CONE_UNIT_SOURCE);
-  gl_.BindTexture(GL_TEXTURE_2D, caches.radianceTexture());
+  gl_.BindTexture(GL_TEXTURE_2D, lit.radianceTexture());
   radiance_.bindImage(0, GL_WRITE_ONLY);
   sources_.bind(RELUME_CONE_SLOT_SOURCES);
   runThreads(gl_, injectProgram_, static_cast<std::uint32_t>(source_.size()));
@@ -315,10 +315,9 @@ void ConeLevels::runLevels() {
   }
 }
 
-Status ConeLevels::fill(const VoxelVolume& volume, const LiveCachesGl* caches, const RsmMaps* maps) {
-  if (caches != nullptr && !caches->isOf(volume))
-    return Error{ErrorCode::usage,
-                 "cones: the caches' last frame was of another volume, or of this one before it changed"};
+Status ConeLevels::fill(const VoxelVolume& volume, const LitSides* lit, const RsmMaps* maps) {
+  if (lit != nullptr && !lit->isOf(volume))
+    return Error{ErrorCode::usage, "cones: the sides' light is of another volume, or of this one before it changed"};
   if (Status ok = checkSize(volume, maps != nullptr); !ok) return ok;
   Stopwatch watch;
   while (gl_.GetError() != GL_NO_ERROR) {
@@ -340,10 +339,10 @@ Status ConeLevels::fill(const VoxelVolume& volume, const LiveCachesGl* caches, c
     writeRsmVoxels(volume);
     rsmFollows_ = true;
   }
-  if (caches == nullptr && maps == nullptr) writeRadiance(volume);
+  if (lit == nullptr && maps == nullptr) writeRadiance(volume);
   voxelsMs_ = watch.lap();
   timer_.mark(0);
-  if (caches != nullptr) inject(*caches);
+  if (lit != nullptr) inject(*lit);
   if (maps != nullptr) inject(*maps);
   waitForShaders(gl_);
   timer_.mark(1);

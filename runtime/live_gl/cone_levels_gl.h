@@ -12,7 +12,7 @@
 #include "relume/result.h"
 #include "runtime/cones/radiance_mips.h"
 #include "runtime/gl/timer.h"
-#include "runtime/live_gl/live_caches_gl.h"
+#include "runtime/live_gl/lit_sides.h"
 #include "runtime/live_gl/live_objects.h"
 #include "runtime/voxels/voxel_volume.h"
 #include "shaders/shared/layout.h"
@@ -45,11 +45,11 @@ class ConeLevels {
 
   // State must be saved, here and below. failed: a shader's log.
   Status compile();
-  // Take over the volume and its radiance, as its reflect() left it, as the caches' last frame did, or by reflective
-  // shadow maps, and fill the levels. One of `caches` and `maps` or neither. usage: the caches have not followed this
+  // Take over the volume and its radiance, as its reflect() left it, as passes have written it, or by reflective
+  // shadow maps, and fill the levels. One of `lit` and `maps` or neither. usage: the sides have not followed this
   // volume; unsupported: more than this OpenGL holds, after which there is nothing until a volume fits. Throws
   // std::bad_alloc.
-  Status fill(const VoxelVolume& volume, const LiveCachesGl* caches, const RsmMaps* maps);
+  Status fill(const VoxelVolume& volume, const LitSides* lit, const RsmMaps* maps);
   bool isFilled() const { return follows_; }
   // Textures, buffer and uniforms of a program with lib/cone_trace.glsl.
   void bind(const Program& program) const;
@@ -77,7 +77,7 @@ class ConeLevels {
   void writeVoxels();
   void writeRadiance(const VoxelVolume& volume);
   void writeRsmVoxels(const VoxelVolume& volume);
-  void inject(const LiveCachesGl& caches);
+  void inject(const LitSides& lit);
   void inject(const RsmMaps& maps);
   void runLevels();
   void bindVoxels(const Program& program) const;

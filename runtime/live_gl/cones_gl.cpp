@@ -404,10 +404,10 @@ Status ConesGl::fill(const VoxelVolume& volume) {
   }
 }
 
-Status ConesGl::fill(const VoxelVolume& volume, const LiveCachesGl& caches) {
+Status ConesGl::fill(const VoxelVolume& volume, const gl::LitSides& lit) {
   try {
     const gl::SavedState saved(state_->gl_, RELUME_CONE_UNITS);
-    return state_->levels.fill(volume, &caches, nullptr);
+    return state_->levels.fill(volume, &lit, nullptr);
   } catch (const std::bad_alloc&) {
     return noRoom();
   }

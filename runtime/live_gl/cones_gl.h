@@ -2,8 +2,8 @@
 // Light that pixels find by cones through a lit voxel volume, in OpenGL 4.3: the passes of RadianceMips, PixelCones and
 // ConeTracer (runtime/cones), each of which a test compares with its twin there.
 //
-//   fill()   a frame: the voxels' radiance, from the CPU, from the caches' passes (live_caches_gl.h) or from reflective
-//            shadow maps (runtime/cones/rsm_voxels.h), and all levels
+//   fill()   a frame: the voxels' radiance, from the CPU, from passes of the caches (live_caches_gl.h) or of a bake
+//            (bake_voxels_gl.h), or from reflective shadow maps (runtime/cones/rsm_voxels.h), and all levels
 //   trace()  a frame: the hemisphere over each pixel of a picture, one cone a pixel or all, and what pixels mirror
 //
 // Objects are made by create(), by the first fill() of a volume of another size or with the CPU's maps of other sizes
@@ -17,7 +17,6 @@
 #include "relume/result.h"
 #include "runtime/cones/pixel_cones.h"
 #include "runtime/cones/rsm_voxels.h"
-#include "runtime/live_gl/live_caches_gl.h"
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec4.hpp>
@@ -30,6 +29,10 @@
 #include <vector>
 
 namespace relume {
+
+namespace gl {
+class LitSides;
+}
 
 struct ConesGlOptions {
   PixelConeOptions pixels;
@@ -68,10 +71,10 @@ class ConesGl {
   ConesGl& operator=(ConesGl&&) noexcept;
   ~ConesGl();
 
-  // The volume as its reflect() left it; or with the radiance that the last frame of `caches`, of this volume, found.
+  // The volume as its reflect() left it; or with the radiance that `lit`, sides of this volume, have.
   // usage: of another volume; unsupported: more voxels than OpenGL's buffers and textures hold; memory.
   [[nodiscard]] Status fill(const VoxelVolume& volume);
-  [[nodiscard]] Status fill(const VoxelVolume& volume, const LiveCachesGl& caches);
+  [[nodiscard]] Status fill(const VoxelVolume& volume, const gl::LitSides& lit);
   // The volume lit by maps of the lights that are on, and by its emission: as RsmVoxels::light(), to the bit.
   // largestFlux: of a texel's channel; what is above is cut there [W] [0..1e30]. emissionScale: factor [0..1e9]. usage:
   // either out of its range, a map that is none of this kind; unsupported and memory: as above.

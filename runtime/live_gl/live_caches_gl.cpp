@@ -9,15 +9,14 @@
 #include "runtime/gl/timer.h"
 #include "runtime/live/cell_texels.h"
 #include "runtime/live/live_caches.h"
+#include "runtime/live_gl/lit_sides.h"
 #include "runtime/live_gl/live_objects.h"
-#include "runtime/passes/pack_lights.h"
 #include "runtime/shared/stopwatch.h"
 
 #include <glm/vec4.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <memory_resource>
 #include <new>
 
 namespace relume {
@@ -34,44 +33,6 @@ std::uint32_t rowsOf(std::size_t items, std::uint32_t aRow) {
   return static_cast<std::uint32_t>((items + aRow - 1) / aRow);
 }
 
-// A voxel's place, 10 bits each.
-std::uint32_t packVoxel(const glm::ivec3& v) {
-  return static_cast<std::uint32_t>(v.x) | static_cast<std::uint32_t>(v.y) << 10 |
-         static_cast<std::uint32_t>(v.z) << 20;
-}
-
-// What shaders read of one layer's sides and voxels (shaders/shared/layout.h).
-struct PackedLayer {
-  std::vector<glm::vec4> sides;                    // three a side
-  std::vector<glm::uvec2> voxels;                  // a voxel
-  std::vector<std::array<glm::uvec2, 4>> samples;  // a side
-
-  PackedLayer(const VolumeGrid& grid, const VoxelLayer& layer) {
-    sides.reserve(3 * layer.side.size());
-    samples.reserve(layer.side.size());
-    for (const VoxelSide& side : layer.side) {
-      sides.emplace_back(grid.toGrid(side.positionWorld), side.albedo.x);
-      sides.emplace_back(side.normal, side.albedo.y);
-      sides.emplace_back(side.emission, side.albedo.z);
-      std::array<glm::uvec2, 4>& to = samples.emplace_back();
-      for (std::size_t k = 0; k < 4; ++k) to[k] = packSample(side.sample[k]);
-    }
-    voxels.reserve(layer.kept);
-    for (std::uint32_t v = 0; v < layer.kept; ++v)
-      voxels.emplace_back(packAxis(layer.axis[v]), packVoxel(layer.voxel[v]));
-  }
-
-  static glm::uvec2 packSample(const SideSample& sample) {
-    const auto byte = [](std::int8_t v) { return std::uint32_t{static_cast<std::uint8_t>(v)}; };
-    return {
-        byte(sample.place[0]) | byte(sample.place[1]) << 8 | byte(sample.place[2]) << 16 | byte(sample.normal[0]) << 24,
-        byte(sample.normal[1]) | byte(sample.normal[2]) << 8 | std::uint32_t{sample.count} << 16};
-  }
-  static std::uint32_t packAxis(const glm::vec3& axis) {
-    return gl::packAxis(glm::ivec3(glm::floor(127.0f * axis + 0.5f)));
-  }
-};
-
 }  // namespace
 
 struct LiveCachesGl::State {
@@ -81,9 +42,8 @@ struct LiveCachesGl::State {
   Status compile(const std::string& visibilityGlsl);
   Status follow(const VoxelVolume& volume);
   Status checkSize(const VoxelVolume& volume) const;
-  Status checkMemory(std::size_t sides, std::size_t caches) const;
   void carry(const CellSet& next, const std::vector<std::uint32_t>& from);
-  void writeSides(const VoxelVolume& volume, bool hasStanding);
+  void writeMoving(const VoxelVolume& volume);
   void findStencils();
   void reflect(const LiveFrame& frame);
   void gather(const LiveFrame& frame);
@@ -93,54 +53,43 @@ struct LiveCachesGl::State {
   void set(const gl::Program& program, const char* name, const T& value) const {
     gl::setUniform(gl_, program, name, value);
   }
-  void setGrid(GLuint program) const {
-    const VolumeGrid& grid = cells.grid;
-    const glm::vec3& o = grid.originWorld;
-    const glm::uvec3 size(grid.cells);
-    gl_.ProgramUniform3f(program, gl_.GetUniformLocation(program, "relumeLiveOrigin"), o.x, o.y, o.z);
-    gl_.ProgramUniform1f(program, gl_.GetUniformLocation(program, "relumeLiveVoxel"), follows ? grid.voxel : 0.0f);
-    gl_.ProgramUniform3ui(program, gl_.GetUniformLocation(program, "relumeLiveSize"), size.x, size.y, size.z);
-  }
+  void setGrid(GLuint program) const { gl::setGrid(gl_, program, cells.grid, follows ? cells.grid.voxel : 0.0f); }
   void dispatch(const gl::Program& program, std::uint32_t threads) const { gl::runThreads(gl_, program, threads); }
   void waitForAll() const { gl::waitForShaders(gl_); }
 
   gl::Functions gl_;  // before all that deletes by it
   LiveOptions options;
   int lanes;
-  gl::Program stencilProgram, directProgram, reflectProgram, gatherProgram, carryProgram;
+  gl::Program stencilProgram, reflectProgram, gatherProgram, carryProgram;
   CellSet cells;
   bool follows = false;  // a volume
   std::uint64_t standingVersion = 0, movingVersion = 0;
-  std::uint32_t sides = 0, standingKept = 0;
+  std::uint32_t standingKept = 0;
   bool moves = false;
 
+  gl::LitSides sides{gl_};
   gl::CellTexture cellTexture{gl_}, movingTexture{gl_};
   GrowingRows planes{gl_, gl::kBytes, RELUME_LIVE_PLANES_A_ROW};
   GrowingRows light{gl_, gl::kFloats, kTexels*RELUME_LIVE_CACHES_A_ROW},
       otherLight{gl_, gl::kFloats, kTexels*RELUME_LIVE_CACHES_A_ROW};
-  GrowingRows radiance{gl_, gl::kFloats, RELUME_LIVE_SIDES_A_ROW};
   GrowingRows rays{gl_, gl::kFloats, options.raysPerCell};
-  GrowingBuffer sideBuffer{gl_}, stencils{gl_}, voxelBuffer{gl_}, direct{gl_}, samples{gl_}, lights{gl_},
-      cacheVoxels{gl_}, carried{gl_};
-  gl::FrameTimer<1> directTimer{gl_};
+  GrowingBuffer stencils{gl_}, cacheVoxels{gl_}, carried{gl_};
   gl::FrameTimer<2> timer{gl_};
   double cellsMs = 0.0;
   std::vector<float> coefficients, brightest;  // read back
   bool isReadBack = false;                     // whether they are this frame's
-  std::pmr::vector<Light> normalised;
-  std::pmr::vector<gl::RelumeLight> packedLights;
 };
 
 Status LiveCachesGl::State::compile(const std::string& visibilityGlsl) {
   const std::array<std::pair<std::string, std::string>, 1> lanesDefine{{{"RELUME_LANES", std::to_string(lanes)}}};
-  const auto make = [&](gl::Program& program, const char* path, std::string_view visibility = {}) -> Status {
-    Result<gl::Program> made = gl::makeComputeProgram(gl_, path, lanesDefine, visibility);
+  const auto make = [&](gl::Program& program, const char* path) -> Status {
+    Result<gl::Program> made = gl::makeComputeProgram(gl_, path, lanesDefine);
     if (!made) return made.error();
     program = std::move(*made);
     return done();
   };
+  if (Status ok = sides.compile(visibilityGlsl); !ok) return ok;
   if (Status ok = make(stencilProgram, "live_stencils.comp"); !ok) return ok;
-  if (Status ok = make(directProgram, "live_direct.comp", visibilityGlsl); !ok) return ok;
   if (Status ok = make(reflectProgram, "live_reflect.comp"); !ok) return ok;
   if (Status ok = make(gatherProgram, "live_gather.comp"); !ok) return ok;
   return make(carryProgram, "live_carry.comp");
@@ -148,11 +97,8 @@ Status LiveCachesGl::State::compile(const std::string& visibilityGlsl) {
 
 // Whether the volume fits into OpenGL's buffers and textures.
 Status LiveCachesGl::State::checkSize(const VoxelVolume& volume) const {
+  if (Status ok = sides.checkSize(volume); !ok) return ok;
   const GpuDevice device = gl::deviceOf(gl_, gpu::GroupThreads::parallel);
-  const std::size_t bytes = 3 * sizeof(glm::vec4) * volume.sideCount();
-  if (bytes > device.storageBytes || rowsOf(volume.sideCount(), RELUME_LIVE_SIDES_A_ROW) >= device.imageSide)
-    return Error{ErrorCode::unsupported, "live light: " + std::to_string(volume.sideCount() / 2) +
-                                             " voxels are more than this OpenGL's buffers hold; use fewer cells"};
   const auto side =
       static_cast<std::uint32_t>(std::max({volume.grid().cells.x, volume.grid().cells.y, volume.grid().cells.z}));
   if (side > device.volumeSide || device.imageSide < 2 * RELUME_LIVE_PLANES_A_ROW)
@@ -164,7 +110,7 @@ Status LiveCachesGl::State::checkSize(const VoxelVolume& volume) const {
 // Caches that stand in other slots keep their light: into the other texture, which takes this one's place.
 void LiveCachesGl::State::carry(const CellSet& next, const std::vector<std::uint32_t>& from) {
   std::vector<std::uint32_t> voxel(next.position.size());
-  for (std::size_t i = 0; i < voxel.size(); ++i) voxel[i] = packVoxel(glm::ivec3(glm::floor(next.position[i])));
+  for (std::size_t i = 0; i < voxel.size(); ++i) voxel[i] = gl::packVoxel(glm::ivec3(glm::floor(next.position[i])));
   cacheVoxels.reserve(4 * voxel.size());
   cacheVoxels.write(0, gl::bytesOf(voxel));
   carried.reserve(4 * from.size());
@@ -180,30 +126,9 @@ void LiveCachesGl::State::carry(const CellSet& next, const std::vector<std::uint
   otherLight.reserve(rowsOf(from.size(), RELUME_LIVE_CACHES_A_ROW));  // for the next time
 }
 
-// What shaders read of the volume. hasStanding: the buffers have what stands already.
-void LiveCachesGl::State::writeSides(const VoxelVolume& volume, bool hasStanding) {
+// Bits of what moves, and where their sides begin.
+void LiveCachesGl::State::writeMoving(const VoxelVolume& volume) {
   const VolumeGrid& grid = volume.grid();
-  const std::size_t standing = volume.standingSides(), all = volume.sideCount();
-  bool grown = false;
-  const std::pair<GrowingBuffer*, std::size_t> buffers[] = {
-      {&sideBuffer, 48}, {&samples, 32}, {&voxelBuffer, 4}, {&direct, 16}, {&stencils, 20}};
-  for (const auto& [buffer, bytes] : buffers) grown = buffer->reserve(bytes * all) || grown;
-  radiance.reserve(rowsOf(all, RELUME_LIVE_SIDES_A_ROW));
-  const auto write = [&](const VoxelLayer& layer, std::size_t first) {
-    const PackedLayer packed(grid, layer);
-    sideBuffer.write(48 * first, gl::bytesOf(packed.sides));
-    samples.write(32 * first, gl::bytesOf(packed.samples));
-    voxelBuffer.write(4 * first, gl::bytesOf(packed.voxels));
-  };
-  if (grown || !hasStanding) {
-    write(volume.standing(), 0);
-    direct.clear();
-  } else {
-    const std::vector<glm::vec4> dark(all - standing, glm::vec4(0.0f));
-    direct.write(16 * standing, gl::bytesOf(dark));
-  }
-  write(volume.moving(), standing);
-
   const VoxelLayer& moving = volume.moving();
   std::vector<glm::uvec4> texels(grid.cellCount());
   for (std::size_t c = 0; c < texels.size() && moving.occupied > 0; ++c) {
@@ -217,10 +142,10 @@ void LiveCachesGl::State::writeSides(const VoxelVolume& volume, bool hasStanding
 void LiveCachesGl::State::findStencils() {
   cellTexture.bind(RELUME_LIVE_UNIT_CELLS);
   planes.bind(RELUME_LIVE_UNIT_PLANES);
-  sideBuffer.bind(RELUME_LIVE_SLOT_SIDES);
+  sides.bindSides();
   stencils.bind(RELUME_LIVE_SLOT_STENCILS);
   setGrid(stencilProgram.get());
-  dispatch(stencilProgram, sides);
+  dispatch(stencilProgram, sides.count());
 }
 
 // Take over what has changed of the volume, as LiveCaches::follow().
@@ -242,10 +167,11 @@ Status LiveCachesGl::State::follow(const VoxelVolume& volume) {
   planes.write(gl::bytesOf(next.plane));
   cellTexture.write(next.grid.cells.x, next.grid.cells.y, next.grid.cells.z, texels.data());
   cells = std::move(next);
-  sides = volume.sideCount();
   standingKept = volume.standing().kept;
   moves = volume.moving().occupied > 0;
-  writeSides(volume, stood);
+  sides.follow(volume);
+  stencils.reserve(20 * std::size_t{sides.count()});
+  writeMoving(volume);
   standingVersion = volume.standingVersion();
   movingVersion = volume.movingVersion();
   follows = true;
@@ -254,8 +180,9 @@ Status LiveCachesGl::State::follow(const VoxelVolume& volume) {
   waitForAll();
   if (gl_.GetError() == GL_OUT_OF_MEMORY) {
     follows = false;
+    sides.leave();
     return Error{ErrorCode::unsupported, "live light: this OpenGL has not enough memory for " +
-                                             std::to_string(sides / 2) + " voxels and " +
+                                             std::to_string(sides.count() / 2) + " voxels and " +
                                              std::to_string(cells.active.size()) + " caches"};
   }
   return done();
@@ -265,14 +192,14 @@ Status LiveCachesGl::State::follow(const VoxelVolume& volume) {
 void LiveCachesGl::State::reflect(const LiveFrame& frame) {
   cellTexture.bind(RELUME_LIVE_UNIT_CELLS);
   light.bind(RELUME_LIVE_UNIT_LIGHT);
-  radiance.bindImage(0, GL_WRITE_ONLY);
-  sideBuffer.bind(RELUME_LIVE_SLOT_SIDES);
+  sides.bindRadianceImage();
+  sides.bindSides();
   stencils.bind(RELUME_LIVE_SLOT_STENCILS);
-  voxelBuffer.bind(RELUME_LIVE_SLOT_VOXELS);
-  direct.bind(RELUME_LIVE_SLOT_DIRECT);
+  sides.bindVoxels();
+  sides.bindDirect();
   set(reflectProgram, "relumeBounceScale", frame.bounceScale);
   set(reflectProgram, "relumeEmissionScale", frame.emissionScale);
-  dispatch(reflectProgram, sides);
+  dispatch(reflectProgram, sides.count());
 }
 
 void LiveCachesGl::State::gather(const LiveFrame& frame) {
@@ -286,14 +213,15 @@ void LiveCachesGl::State::gather(const LiveFrame& frame) {
   cellTexture.bind(RELUME_LIVE_UNIT_CELLS);
   movingTexture.bind(RELUME_LIVE_UNIT_MOVING);
   rays.bind(RELUME_LIVE_UNIT_RAYS);
-  radiance.bind(RELUME_LIVE_UNIT_RADIANCE);
+  gl_.ActiveTexture(GL_TEXTURE0 + RELUME_LIVE_UNIT_RADIANCE);
+  gl_.BindTexture(GL_TEXTURE_2D, sides.radianceTexture());
   light.bindImage(0, GL_READ_WRITE);
   cacheVoxels.bind(RELUME_LIVE_SLOT_CACHES);
   const auto caches = static_cast<std::uint32_t>(cells.active.size());
   setGrid(gatherProgram.get());
   set(gatherProgram, "relumeLiveRayCount", options.raysPerCell);
   set(gatherProgram, "relumeLiveMoves", moves ? 1u : 0u);
-  set(gatherProgram, "relumeLiveKept", glm::uvec2(standingKept, sides / 2));
+  set(gatherProgram, "relumeLiveKept", glm::uvec2(standingKept, sides.count() / 2));
   set(gatherProgram, "relumeLiveKeep", frame.keep);
   dispatch(gatherProgram, caches * static_cast<std::uint32_t>(lanes));
 }
@@ -322,23 +250,9 @@ Status LiveCachesGl::lightDirectly(const VoxelVolume& volume, const LightSetup& 
   if (Status ok = checkSetup(punctual, 0, 0); !ok) return ok;
   State& s = *state_;
   try {
-    normaliseLights(setup.lights, s.normalised);
-    gpu::packLights(s.normalised, s.packedLights);
     const gl::SavedState saved(s.gl_);
     if (Status ok = s.follow(volume); !ok) return ok;
-    s.lights.reserve(s.packedLights.size() * sizeof(gl::RelumeLight));
-    s.lights.write(0, gl::bytesOf(s.packedLights));
-    s.samples.bind(RELUME_LIVE_SLOT_SAMPLES);
-    s.voxelBuffer.bind(RELUME_LIVE_SLOT_VOXELS);
-    s.lights.bind(RELUME_LIVE_SLOT_LIGHTS);
-    s.direct.bind(RELUME_LIVE_SLOT_DIRECT);
-    s.setGrid(s.directProgram.get());
-    s.set(s.directProgram, "relumeLightCount", static_cast<std::uint32_t>(s.packedLights.size()));
-    s.directTimer.mark(0);
-    s.dispatch(s.directProgram, s.sides);
-    s.directTimer.mark(1);
-    s.directTimer.endFrame();
-    s.waitForAll();
+    s.sides.lightDirectly(setup.lights);
   } catch (const std::bad_alloc&) {
     return noMemoryForLight();
   }
@@ -350,10 +264,7 @@ Status LiveCachesGl::copyDirect(const VoxelVolume& volume) {
   try {
     const gl::SavedState saved(s.gl_);
     if (Status ok = s.follow(volume); !ok) return ok;
-    std::vector<glm::vec4> light;
-    light.reserve(volume.direct().size());
-    for (const glm::vec3& e : volume.direct()) light.emplace_back(e, 0.0f);
-    s.direct.write(0, gl::bytesOf(light));
+    s.sides.copyDirect(volume);
   } catch (const std::bad_alloc&) {
     return noMemoryForLight();
   }
@@ -390,7 +301,7 @@ void LiveCachesGl::reset() {
   state_->waitForAll();
 }
 
-std::uint32_t LiveCachesGl::directProgram() const { return state_->directProgram.get(); }
+std::uint32_t LiveCachesGl::directProgram() const { return state_->sides.directProgram(); }
 
 BackendKind LiveCachesGl::fasterBackend(const GetProcAddress& getProcAddress) {
   const Result<gl::Functions> functions = gl::loadFunctions(getProcAddress);
@@ -455,36 +366,24 @@ std::vector<float> LiveCachesGl::brightest() const {
 
 std::vector<glm::vec3> LiveCachesGl::radiance() const {
   const gl::SavedState saved(state_->gl_);
-  std::vector<glm::vec4> texels(std::size_t{state_->radiance.rows()} * RELUME_LIVE_SIDES_A_ROW);
-  if (!texels.empty()) {
-    state_->radiance.bind(RELUME_LIVE_UNIT_LIGHT);
-    state_->gl_.GetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, texels.data());
-  }
-  return {texels.begin(), texels.begin() + static_cast<std::ptrdiff_t>(state_->sides)};
+  return state_->sides.radiance();
 }
 
-bool LiveCachesGl::isOf(const VoxelVolume& volume) const {
-  const State& s = *state_;
-  return s.follows && s.standingVersion == volume.standingVersion() && s.movingVersion == volume.movingVersion() &&
-         s.sides == volume.sideCount();
-}
-
-std::uint32_t LiveCachesGl::radianceTexture() const { return state_->radiance.name(); }
+const gl::LitSides& LiveCachesGl::sides() const { return state_->sides; }
 
 std::vector<PassTime> LiveCachesGl::passTimes() const {
   const auto& ms = state_->timer.passMs();
-  return {
-      {"cells", state_->cellsMs}, {"direct", state_->directTimer.passMs()[0]}, {"bounce", ms[0]}, {"gather", ms[1]}};
+  return {{"cells", state_->cellsMs}, {"direct", state_->sides.directMs()}, {"bounce", ms[0]}, {"gather", ms[1]}};
 }
 
 std::vector<std::pair<std::string, std::size_t>> LiveCachesGl::bufferSizes() const {
   const State& s = *state_;
-  return {{"cells", s.cellTexture.bytes() + s.movingTexture.bytes() + s.planes.bytes() + s.cacheVoxels.bytes() +
-                        s.carried.bytes()},
-          {"cell light", s.light.bytes() + s.otherLight.bytes() + s.rays.bytes()},
-          {"voxel sides", s.sideBuffer.bytes() + s.samples.bytes() + s.voxelBuffer.bytes()},
-          {"voxel light", s.direct.bytes() + s.radiance.bytes() + s.lights.bytes()},
-          {"side stencils", s.stencils.bytes()}};
+  auto sizes = s.sides.bufferSizes();
+  sizes.emplace_back("cells", s.cellTexture.bytes() + s.movingTexture.bytes() + s.planes.bytes() +
+                                  s.cacheVoxels.bytes() + s.carried.bytes());
+  sizes.emplace_back("cell light", s.light.bytes() + s.otherLight.bytes() + s.rays.bytes());
+  sizes.emplace_back("side stencils", s.stencils.bytes());
+  return sizes;
 }
 
 }  // namespace relume

@@ -30,6 +30,10 @@
 
 namespace relume {
 
+namespace gl {
+class LitSides;
+}
+
 struct LiveCachesGlOptions {
   LiveOptions live;
   GetProcAddress getProcAddress;  // of the context that is current
@@ -76,9 +80,8 @@ class LiveCachesGl {
   std::vector<float> brightest() const;
   // Radiance [W/m²/sr] of the sides, read back.
   std::vector<glm::vec3> radiance() const;
-  // The texture that has it, RELUME_LIVE_SIDES_A_ROW sides a row; and whether it is of this volume as it is now.
-  std::uint32_t radianceTexture() const;
-  bool isOf(const VoxelVolume& volume) const;
+  // With the texture that has it.
+  const gl::LitSides& sides() const;
   // Of the last frame that the GPU has finished; "cells" on the CPU.
   std::vector<PassTime> passTimes() const;
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;

@@ -129,6 +129,12 @@ inline std::uint32_t packAxis(const glm::ivec3& axis) {
   return bytes.x << 16 | bytes.y << 8 | bytes.z;
 }
 
+// A voxel's place, 10 bits each.
+inline std::uint32_t packVoxel(const glm::ivec3& v) {
+  return static_cast<std::uint32_t>(v.x) | static_cast<std::uint32_t>(v.y) << 10 |
+         static_cast<std::uint32_t>(v.z) << 20;
+}
+
 // So many threads of a program that has lib/live_threads.glsl.
 void runThreads(const Functions& gl, const Program& program, std::uint32_t threads);
 

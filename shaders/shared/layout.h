@@ -154,6 +154,8 @@
 #define RELUME_LIVE_SLOT_DIRECT 3     // vec4 a side: irradiance [W/m²]
 #define RELUME_LIVE_SLOT_SAMPLES 4    // four pairs of words a side: runtime/voxels/voxel_layer.h, SideSample
 #define RELUME_LIVE_SLOT_LIGHTS 5     // RelumeLight[]
+#define RELUME_LIVE_SLOT_NODES 1      // of a bake: packed radiosity of its nodes
+#define RELUME_LIVE_SLOT_SENDERS 4    // of a bake: live_bake.comp
 #define RELUME_LIVE_SLOT_CACHES 0     // gather: the voxel of each cache, 10 bits each
 #define RELUME_LIVE_SLOT_CARRY 0      // carry: the slot that each cache had before, ~0 = none
 #define RELUME_LIVE_SLOT_POSITIONS 0  // voxelise: floats, three a vertex

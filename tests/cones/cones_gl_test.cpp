@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The OpenGL passes of cones against their twins on the CPU.
 #include "runtime/live_gl/cones_gl.h"
+#include "runtime/live_gl/live_caches_gl.h"
 
 #include "tests/cones/cones_gl_room.h"
 #include "tests/live/lit_maps.h"
@@ -147,17 +148,17 @@ TEST_F(ConesOnGl, readTheRadianceOfTheCaches) {
   auto caches = LiveCachesGl::create({{32}, EglContext::getProcAddress, "", {}});
   ASSERT_TRUE(caches);
   ConesGl gl = onGl({});
-  EXPECT_FALSE(gl.fill(level.volume, *caches)) << "which have no frame yet";
+  EXPECT_FALSE(gl.fill(level.volume, caches->sides())) << "which have no frame yet";
   for (int f = 0; f < 3; ++f) {
     glm::mat4x3 to(1.0f);
     to[3] = {-2.5f + 0.5f * static_cast<float>(f), -2.0f, 1.0f};
     ASSERT_TRUE(level.volume.move(std::vector<glm::mat4x3>{to}));
-    const Status stale = gl.fill(level.volume, *caches);
+    const Status stale = gl.fill(level.volume, caches->sides());
     ASSERT_FALSE(stale) << "of before the move";
     EXPECT_EQ(stale.error().code, ErrorCode::usage);
     ASSERT_TRUE(caches->lightDirectly(level.volume, setup));
     ASSERT_TRUE(caches->update(level.volume, {}));
-    ASSERT_TRUE(gl.fill(level.volume, *caches));
+    ASSERT_TRUE(gl.fill(level.volume, caches->sides()));
     const std::vector<glm::vec3> radiance = caches->radiance();
     for (std::uint32_t s = 0; s < level.volume.sideCount(); ++s) level.volume.setRadiance(s, radiance[s]);
     ASSERT_TRUE(level.mips.update(level.volume));
@@ -167,7 +168,7 @@ TEST_F(ConesOnGl, readTheRadianceOfTheCaches) {
     const PixelConeOptions options{.keep = false};
     PixelCones cpu = conesOf(options);
     ConesGl once = onGl(options);
-    ASSERT_TRUE(once.fill(level.volume, *caches));
+    ASSERT_TRUE(once.fill(level.volume, caches->sides()));
     ASSERT_TRUE(cpu.update(tracer, view().receivers(), {}));
     ASSERT_TRUE(once.trace(view().receivers(), {}));
     EXPECT_LE(relativeRmse(cpu.light(), once.light()), 1e-3);

@@ -71,6 +71,52 @@ TEST_F(ViewerSession, bandsAndBackendChangeWithoutADarkFrame) {
   EXPECT_LT(frame(), 0.05 * gl);
 }
 
+class ViewerCones : public ViewerSession, public testing::WithParamInterface<BackendKind> {};
+
+// With a bake its surfels light the voxels that cones go through, whichever backend relights.
+TEST_P(ViewerCones, findWhatABakesSurfacesMirror) {
+  writeBakeFile(small(2048));
+  options_.view = "glossy";
+  options_.roughness = 0.3f;
+  options_.live.cells = 16;
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  ViewState& state = session_->state;
+  state.relightBy.backend = GetParam();
+  for (int i = 0; i < 20; ++i) frame();
+  const double caches = brightness_;
+  state.cones = true;
+  ASSERT_TRUE(frames([&] { return !session_->viewer->awaitsVoxels(state); }));
+  const double cones = frame();
+  EXPECT_GT(cones, 0.3 * caches);
+  EXPECT_LT(cones, 3.0 * caches);
+  EXPECT_NE(cones, caches);
+  EXPECT_NEAR(frame(), cones, 0.02 * cones) << "at rest";
+  // What is rough is mirrored by the caches alone.
+  state.roughness = 0.7f;
+  const double rough = frame();
+  state.cones = false;
+  EXPECT_NEAR(frame(), rough, 1e-6 * rough);
+  state.cones = true;
+  state.roughness = 0.3f;
+
+  // Other bands light the same voxels; a lamp that goes out takes their light along.
+  state.relightBy.bands = {2, 1};
+  for (int i = 0; i < 20; ++i) frame();
+  EXPECT_NEAR(brightness_, cones, 0.2 * cones);
+  for (ViewedLight& light : state.lights) light.on = false;
+  for (int i = 0; i < 30; ++i) frame();
+  EXPECT_LT(brightness_, 0.05 * cones);
+
+  state.mode = ViewMode::occlusion;
+  for (int i = 0; i < 20; ++i) frame();
+  EXPECT_GT(brightness_, 0.05);
+  EXPECT_FALSE(session_->viewer->memory().empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, ViewerCones, testing::Values(BackendKind::cpu, BackendKind::gl),
+                         [](const auto& of) { return std::string(of.param == BackendKind::cpu ? "Cpu" : "OpenGl"); });
+
 class ViewerMoving : public ViewerSession, public testing::WithParamInterface<BackendKind> {};
 
 TEST_P(ViewerMoving, whatMovesShadowsAndReflectsLight) {

@@ -24,7 +24,7 @@ enum Row {
   kBy,
   kObjects,
   kLinks,
-  kCompare = 20,
+  kCompare = 21,
   kCosts
 };
 // Once what emits is open.

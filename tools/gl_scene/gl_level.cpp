@@ -213,6 +213,20 @@ std::vector<MovingNode> movingNodes(const Scene& scene, Movable movable) {
   return nodes;
 }
 
+std::vector<glm::mat4> placedInstances(const Scene& scene, std::span<const MovingNode> nodes,
+                                       std::span<const glm::mat4> moved) {
+  std::vector<glm::mat4> toWorld;
+  toWorld.reserve(scene.instances.size());
+  for (const Instance& instance : scene.instances) toWorld.push_back(instance.toWorld);
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    for (std::uint32_t i = 0; i < nodes[k].instanceCount; ++i) {
+      glm::mat4& to = toWorld[nodes[k].firstInstance + i];
+      to = moved[k] * to;
+    }
+  }
+  return toWorld;
+}
+
 Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap, Movable movable) {
   GlLevel level;
   level.materials_ = scene.materials;

@@ -31,6 +31,9 @@ struct MovingNode {
 // The dynamic nodes of a level, or all that it draws.
 enum class Movable { dynamic, all };
 std::vector<MovingNode> movingNodes(const Scene& scene, Movable movable = Movable::dynamic);
+// Where all instances of a scene are once moved[k] comes after the own transforms of nodes[k]. [Size moved: nodes]
+std::vector<glm::mat4> placedInstances(const Scene& scene, std::span<const MovingNode> nodes,
+                                       std::span<const glm::mat4> moved);
 
 class GlLevel {
  public:

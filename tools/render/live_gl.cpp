@@ -81,7 +81,8 @@ Result<LiveGl> lightLiveGl(const Scene& scene, const RenderRequest& request, con
   if (!cones) return cones.error();
   live.cones.emplace(std::move(*cones));
   const VoxelVolume& volume = live.voxels.volume;
-  if (Status ok = live.all ? live.cones->fill(volume, *live.all) : live.cones->fill(volume); !ok) return ok.error();
+  if (Status ok = live.all ? live.cones->fill(volume, live.all->sides()) : live.cones->fill(volume); !ok)
+    return ok.error();
   return live;
 }
 

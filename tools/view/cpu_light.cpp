@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include "formats/pack.h"
+#include "runtime/shared/pack_color.h"
 #include "tools/view/cpu_light.h"
 
 #include <algorithm>
@@ -64,15 +65,7 @@ Result<CpuLight> CpuLight::create(const Scene& scene, const Bake& bake, const Re
 
 // What moves, for rays.
 Status CpuLight::place(std::span<const glm::mat4> moved) {
-  std::vector<glm::mat4> toWorld;
-  for (const Instance& instance : scene_->instances) toWorld.push_back(instance.toWorld);
-  for (std::size_t k = 0; k < nodes_.size(); ++k) {
-    for (std::uint32_t i = 0; i < nodes_[k].instanceCount; ++i) {
-      glm::mat4& to = toWorld[nodes_[k].firstInstance + i];
-      to = moved[k] * to;
-    }
-  }
-  if (Status ok = shadows_.place(toWorld); !ok) return ok;
+  if (Status ok = shadows_.place(placedInstances(*scene_, nodes_, moved)); !ok) return ok;
   moved_.assign(moved.begin(), moved.end());
   return done();
 }
@@ -85,7 +78,7 @@ Status CpuLight::relight(LightSetup setup, std::span<const glm::mat4> moved) {
   return relighter_.relight(setup);
 }
 
-void CpuLight::upload(const GlResolveInputs& inputs) const {
+void CpuLight::upload(const GlResolveInputs& inputs, bool nodes) const {
   const std::vector<float> coefficients = relighter_.cacheCoefficients();
   const auto stride = static_cast<std::size_t>(relighter_.coefficientsPerCache());
   const CacheBands held{relighter_.lumaBands(), relighter_.chromaBands(), bake_->links.kind == LinkKind::irradiance,
@@ -119,6 +112,15 @@ void CpuLight::upload(const GlResolveInputs& inputs) const {
   }
   glBindBuffer(GL_COPY_WRITE_BUFFER, inputs.caches);
   glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(words.size() * sizeof(std::uint16_t)), words.data());
+
+  // The nodes' radiosity
+  if (nodes) {
+    std::vector<std::uint32_t> packed;
+    for (const glm::vec3& radiosity : relighter_.nodeRadiosity()) packed.push_back(packColor(radiosity, 0.0f));
+    glBindBuffer(GL_COPY_WRITE_BUFFER, inputs.nodes);
+    glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(packed.size() * sizeof(std::uint32_t)),
+                    packed.data());
+  }
   glBindBuffer(GL_COPY_WRITE_BUFFER, 0);
 }
 

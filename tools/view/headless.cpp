@@ -73,7 +73,7 @@ Status runHeadless(const LoadedLevel& level, const ViewerOptions& options) {
     if (Status ok = viewer->makeRecords(); !ok) return ok;
   }
   std::printf("bands %s\n", viewer->bands().c_str());
-  if (viewer->live()) state->liveStep = kSecondsAFrame;
+  state->liveStep = kSecondsAFrame;
   const auto width = static_cast<GLsizei>(options.width), height = static_cast<GLsizei>(options.height);
   const GlTexture color = GlTexture::make(), depth = GlTexture::make();
   glBindTexture(GL_TEXTURE_2D, color.name());

@@ -4,8 +4,7 @@
 
 #include "tools/base/clock.h"
 
-#include <glm/ext/matrix_transform.hpp>
-
+#include <algorithm>
 #include <utility>
 
 namespace relume {
@@ -36,17 +35,9 @@ Status LiveShading::choose(const LiveLevelOptions& options) {
 
 LiveScene LiveShading::sceneOf(const ViewState& state, const std::vector<Light>& lights) const {
   LiveScene scene{lights, state.emission, state.sky, state.bounceScale, state.bounces};
-  for (std::size_t k = 0; k < nodes_.size() && k < state.objects.size(); ++k) {
-    const glm::vec3 moved = state.objects[k].position - state.objects[k].home;
-    if (moved == glm::vec3(0.0f)) continue;
-    if (scene.toWorld.empty()) {
-      for (const Instance& instance : level_->scene.instances) scene.toWorld.push_back(instance.toWorld);
-    }
-    for (std::uint32_t i = 0; i < nodes_[k].instanceCount; ++i) {
-      glm::mat4& toWorld = scene.toWorld[nodes_[k].firstInstance + i];
-      toWorld = glm::translate(glm::mat4(1.0f), moved) * toWorld;
-    }
-  }
+  const auto isMoved = [](const ViewedObject& object) { return object.position != object.home; };
+  if (std::ranges::any_of(state.objects, isMoved))
+    scene.toWorld = placedInstances(level_->scene, nodes_, movesOf(state));
   return scene;
 }
 

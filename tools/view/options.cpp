@@ -92,8 +92,8 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
       ->check(numberFrom(0.0, 1.0))
       ->capture_default_str();
   app.add_flag("--cones", o.cones,
-               "without a bake: find what surfaces mirror by cones through the voxels, sharper than caches have it; "
-               "OpenGL then lights the level, as with --view occlusion, which shows how open surroundings are");
+               "find what surfaces mirror by cones through voxels, sharper than caches have it; without a bake OpenGL "
+               "then lights the level, as with --view occlusion, which shows how open surroundings are");
   app.add_option("--view", o.view, "what to shade with at the start")
       ->check(CLI::IsMember(std::vector<std::string>(kViewNames.begin(), kViewNames.end())))
       ->capture_default_str();
@@ -142,11 +142,10 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   }
   if (o.bake.empty() && (!bands.empty() || o.records || !o.overlays.empty() || o.view == "texels" || o.view == "grid"))
     o.draft = true;
-  if (o.cones || o.view == "occlusion") {
-    const std::string which = o.cones ? "--cones" : "--view occlusion";
-    if (!o.bake.empty() || o.draft) return Error{ErrorCode::usage, which + " is of a level without --bake and --draft"};
+  if ((o.cones || o.view == "occlusion") && o.bake.empty() && !o.draft) {
     if (liveBackend == "cpu")
-      return Error{ErrorCode::usage, which + " needs OpenGL to light the level: leave out --live-backend cpu"};
+      return Error{ErrorCode::usage, std::string(o.cones ? "--cones" : "--view occlusion") +
+                                         " needs OpenGL to light the level: leave out --live-backend cpu"};
     o.choosesLiveBackend = false;
     o.live.backend = BackendKind::gl;
   }

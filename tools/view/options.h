@@ -43,7 +43,7 @@ struct ViewerOptions {
   float exposure = 0.0f;              // [stops]
   float reflectance = 0.0f;           // [0..1] of all surfaces
   float roughness = 0.6f;             // [0..1] likewise
-  bool cones = false;                 // without a bake, what surfaces mirror by cones through voxels
+  bool cones = false;                 // what surfaces mirror by cones through voxels
   bool records = false;               // light over links by records of the view
   std::string view = "full";          // a name of kViewNames
   std::vector<std::string> overlays;  // of kOverlayNames

@@ -97,6 +97,7 @@ void relightControls(Session& session) {
   if (viewer.hasMovingParts()) ImGui::Checkbox("objects shadow light over links", &state.movingParts);
   linkKindControl(session);
   glossControls(session.level->hasGloss, state);
+  ImGui::Checkbox("mirror by cones", &state.cones);
   ImGui::Checkbox("relight", &state.relight);
   ImGui::SameLine();
   if (ImGui::Button("forget")) viewer.relighter().reset();
@@ -164,7 +165,7 @@ void overlayControls(const Bake& bake, ViewState& state) {
 
 void viewControls(const Scene& scene, const Bake& bake, bool hasBake, ViewState& state) {
   int mode = static_cast<int>(state.mode);
-  const bool hasCones = !hasBake && state.live.backend == BackendKind::gl;
+  const bool hasCones = hasBake || state.live.backend == BackendKind::gl;
   const int modes = hasCones ? static_cast<int>(std::size(kViewModeNames)) : kViewModesWithoutCones;
   if (ImGui::Combo("show", &mode, kViewModeNames, modes, modes)) state.mode = static_cast<ViewMode>(mode);
   ImGui::SliderFloat("exposure", &state.exposure, -8.0f, 8.0f, "%.1f stops");

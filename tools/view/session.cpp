@@ -327,6 +327,7 @@ bool Session::isMoving() const {
   if (!viewer) return false;
   const LiveShading* const live = viewer->live();
   if (live && state.relight && !live->last().isSettled) return true;
+  if (viewer->awaitsVoxels(state)) return true;
   if (state.records && viewer->records() && !viewer->records()->isComplete()) return true;
   return std::any_of(state.lights.begin(), state.lights.end(), [](const ViewedLight& l) { return l.on && l.orbits; });
 }

@@ -17,7 +17,7 @@
 namespace relume {
 namespace {
 
-// After constants viewMode, viewGloss, viewMirrors, viewRecords, viewCones.
+// After constants viewMode, viewGloss, viewMirrors, viewRecords, viewCones, viewBaked.
 const char* kMain = R"(
 layout(location = 23) uniform vec2 viewShare;  // 1 where it is shown: direct light, light over links
 layout(location = 24) uniform vec3 viewEye;
@@ -50,8 +50,13 @@ void main() {
     exponent = levelExponent(metalRough.y);
     if (viewMode == 0 || viewMode == 3) highlights = levelHighlights(p, r, exponent, toEye);
   }
-  if (viewMode == 3 || (viewMode == 0 && (viewMirrors || viewGloss)))
-    gloss = viewCones ? coneGlossy() : levelGlossy(p, n, r, viewGloss ? levelCacheExponent(exponent) : exponent);
+  if (viewMode == 3 || (viewMode == 0 && (viewMirrors || viewGloss))) {
+    // Beside cones a bake's caches have the lobes that are wide enough for them.
+    float cached = !viewCones ? 1.0 : viewBaked ? levelCacheShare(exponent) : 0.0;
+    if (viewCones) gloss = coneGlossy();
+    if (cached > 0.0)
+      gloss = mix(gloss, levelGlossy(p, n, r, viewGloss && !viewCones ? levelCacheExponent(exponent) : exponent), cached);
+  }
   if (viewMode == 0) {
     color = diffuse * (viewShare.x * direct + viewShare.y * links) + levelEmission();
     color += specular * (viewShare.y * gloss + viewShare.x * highlights);
@@ -80,11 +85,11 @@ void main() {
 }
 )";
 
-std::string fragmentOf(const ShadingKind& kind) {
+std::string fragmentOf(const ShadingKind& kind, bool isBaked) {
   return "const int viewMode = " + std::to_string(static_cast<int>(kind.mode)) + ";\n" +
          levelConstant("viewGloss", kind.gloss) + levelConstant("viewMirrors", kind.mirrors) +
-         levelConstant("viewRecords", kind.records) + levelConstant("viewCones", kind.cones) + displayGlsl() +
-         ViewRecords::glsl() + ViewCones::glsl() + kMain;
+         levelConstant("viewRecords", kind.records) + levelConstant("viewCones", kind.cones) +
+         levelConstant("viewBaked", isBaked) + displayGlsl() + ViewRecords::glsl() + ViewCones::glsl() + kMain;
 }
 
 }  // namespace
@@ -106,7 +111,8 @@ ShadingKind shadingKind(const ViewState& state, bool hasRecords, bool hasCones) 
 Result<GLuint> Shading::program(const ShadingKind& kind, const Relighter* relighter) {
   const auto there = programs_.find(kind);
   if (there != programs_.end()) return there->second.name();
-  auto made = relighter ? makeLevelProgram(relighter, fragmentOf(kind)) : makeLiveProgram(fragmentOf(kind));
+  auto made =
+      relighter ? makeLevelProgram(relighter, fragmentOf(kind, true)) : makeLiveProgram(fragmentOf(kind, false));
   if (!made) return made.error();
   return programs_.emplace(kind, std::move(*made)).first->second.name();
 }

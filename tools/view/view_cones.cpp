@@ -60,9 +60,10 @@ Result<GLuint> ViewCones::program(bool gloss) {
   return programs_[which].name();
 }
 
-Status ViewCones::update(const ViewState& state, const LiveOnGpu& light, const ConeView& view) {
+Status ViewCones::update(const ViewState& state, const VoxelVolume& volume, const gl::LitSides& lit,
+                         const ConeView& view) {
   if (lit_ != view.lit) {
-    if (Status ok = cones_.fill(light.volume(), light.caches()); !ok) return ok;
+    if (Status ok = cones_.fill(volume, lit); !ok) return ok;
     lit_ = view.lit;
   }
   // 1. What the view sees

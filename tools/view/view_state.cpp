@@ -10,6 +10,7 @@
 #include "tools/render/view_options.h"
 #include "tools/view/light_set.h"
 
+#include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -126,6 +127,13 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
     state.overlays[i] =
         std::find(options.overlays.begin(), options.overlays.end(), kOverlayNames[i]) != options.overlays.end();
   return state;
+}
+
+std::vector<glm::mat4> movesOf(const ViewState& state) {
+  std::vector<glm::mat4> moved;
+  for (const ViewedObject& object : state.objects)
+    moved.push_back(glm::translate(glm::mat4(1.0f), object.position - object.home));
+  return moved;
 }
 
 void animate(ViewState& state, double seconds) {

@@ -78,7 +78,7 @@ enum class ViewMode : int {
 inline constexpr const char* kViewModeNames[] = {"all light", "direct light", "light over links",   "glossy light",
                                                  "albedo",    "normals",      "light map's texels", "light of the grid",
                                                  "occlusion"};
-// Of these, how many a level can show whose light OpenGL does not find by voxels: all but the last.
+// Of these, how many a level without a bake can show where the CPU lights it: all but the last.
 inline constexpr int kViewModesWithoutCones = static_cast<int>(ViewMode::occlusion);
 
 enum class Overlay : std::size_t { surfels, clusters, caches, links, lightmap };  // as kOverlayNames
@@ -102,7 +102,7 @@ struct ViewState {
   bool records = false;  // light over links is gathered for the view, where it stands still for long enough
   ViewMode mode = ViewMode::full;
   bool gloss = false;        // surfaces mirror as their materials say, and not as the next two do
-  bool cones = false;        // without a bake, where OpenGL lights: cones find what surfaces mirror
+  bool cones = false;        // cones find what surfaces mirror; without a bake where OpenGL lights
   float reflectance = 0.0f;  // [0..1] of all surfaces: share of light that they mirror in lobes
   float roughness = 0.6f;    // [0..1] that sets the lobes' exponent
   float exposure = 0.0f;     // [stops]
@@ -111,7 +111,8 @@ struct ViewState {
   int clusterLevel = 6;             // [0..] of the hierarchy, of Overlay::clusters
   std::optional<glm::vec3> picked;  // [m] point of Overlay::links; nothing: the middle of the view
   bool relight = true;              // false freezes the light over links
-  double liveStep = 0.0;  // [s] > 0: without a bake each frame waits for light of its own, so long after the one before
+  // [s] > 0: without a bake each frame waits for light of its own, so long after the one before; with one for voxels
+  double liveStep = 0.0;
   std::vector<ViewedObject> objects;
   bool movingParts = true;  // with a bake: objects shadow and reflect light over links
   bool panel = true;        // whether the panel is shown
@@ -127,6 +128,9 @@ std::vector<ViewedEmitter> emittersOf(const Scene& scene, const std::vector<Driv
 
 // The nodes of a level that can be moved, where it has them.
 std::vector<ViewedObject> objectsOf(const Scene& scene, Movable movable);
+
+// How far each has been moved, as GlLevel::drawDynamic() wants it.
+std::vector<glm::mat4> movesOf(const ViewState& state);
 
 // Move the lights that orbit to where they are at `seconds`.
 void animate(ViewState& state, double seconds);

@@ -9,7 +9,6 @@
 #include "tools/gl_scene/level_shader.h"
 #include "tools/render/read_sky_map.h"
 
-#include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/matrix.hpp>
@@ -44,14 +43,6 @@ std::vector<Light> activeLights(const ViewState& state) {
     if (viewed.on) lights.push_back(viewed.light);
   }
   return lights;
-}
-
-// As GlLevel::drawDynamic() wants them.
-std::vector<glm::mat4> movesOf(const ViewState& state) {
-  std::vector<glm::mat4> moved;
-  for (const ViewedObject& object : state.objects)
-    moved.push_back(glm::translate(glm::mat4(1.0f), object.position - object.home));
-  return moved;
 }
 
 }  // namespace
@@ -136,6 +127,9 @@ Status Viewer::build(const RelightChoice& choice, const Relighter* previous) {
     if (!made) return made.error();
     cpu.emplace(std::move(*made));
   }
+  if (voxels_) {
+    if (Status ok = voxels_->use(*relighter); !ok) return ok;
+  }
   gl_.emplace(std::move(*relighter));
   shading_ = std::move(shading);
   cpu_.reset();
@@ -178,8 +172,20 @@ Status Viewer::relight(const ViewState& state, const std::vector<Light>& lights,
   for (int frame = 0; frame < std::max(state.bounces, 1); ++frame) {
     if (Status ok = cpu_ ? cpu_->relight(setup, moved) : gl_->relight(setup); !ok) return ok;
   }
-  if (cpu_) cpu_->upload(gl_->gl()->inputs());
+  if (cpu_) cpu_->upload(gl_->gl()->inputs(), shadingKind(state, false, true).cones);
   return done();
+}
+
+// The voxels of a level with a bake, for cones, once they have been found.
+Status Viewer::lightVoxels(const ViewState& state, const std::vector<Light>& lights,
+                           const std::vector<glm::mat4>& moved) {
+  if (!voxels_) {
+    auto made = BakeOnGpu::create(*loaded_, state.live.cells, *gl_, options_.getProcAddress);
+    if (!made) return made.error();
+    voxels_ = std::move(*made);
+  }
+  return voxels_->update({gl_->gl()->inputs(), lights, glm::vec3(state.emission), state.liveStep > 0.0}, moved,
+                         shadows_);
 }
 
 // What cones find for the view.
@@ -188,7 +194,7 @@ Status Viewer::followCones(const ViewState& state, const std::vector<glm::mat4>&
   const bool occlusion = state.mode == ViewMode::occlusion;
   if (!cones_ || cones_->isOfOcclusion() != occlusion) {
     cones_.reset();
-    auto made = ViewCones::create(occlusion, live_->getProcAddress());
+    auto made = ViewCones::create(occlusion, live_ ? live_->getProcAddress() : options_.getProcAddress);
     if (!made) return made.error();
     cones_ = std::move(*made);
   }
@@ -196,7 +202,9 @@ Status Viewer::followCones(const ViewState& state, const std::vector<glm::mat4>&
     level_.draw(clip, gloss);
     level_.drawDynamic(clip, moved, gloss);
   };
-  return cones_->update(state, *live_->onGpu(), {width, height, clip, live_->last().number, drawn});
+  const ConeView view{width, height, clip, live_ ? live_->last().number : voxels_->number(), drawn};
+  if (!live_) return cones_->update(state, voxels_->volume(), voxels_->sides(), view);
+  return cones_->update(state, live_->onGpu()->volume(), live_->onGpu()->caches().sides(), view);
 }
 
 // What the level's materials are drawn to emit.
@@ -242,7 +250,12 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
 
   const glm::mat4 clip = clipFromWorld(state.camera, static_cast<float>(width) / static_cast<float>(height));
   const double splat = nowMs();
-  bool hasCones = live_ && live_->onGpu() != nullptr && shadingKind(state, false, true).cones;
+  const bool wantsCones = shadingKind(state, false, true).cones;
+  if (wantsCones && !live_) {
+    const Status found = lightVoxels(state, lights, moved);
+    if (lit) lit = found;
+  }
+  bool hasCones = wantsCones && (live_ ? live_->onGpu() != nullptr : voxels_ && voxels_->isLit());
   if (hasCones) {
     const Status followed = followCones(state, moved, clip, width, height);
     hasCones = static_cast<bool>(followed);
@@ -381,6 +394,12 @@ std::vector<std::pair<std::string, std::size_t>> Viewer::memory() const {
     return held;
   }
   auto held = relighter().bufferSizes();
+  if (voxels_) {
+    for (auto& [name, bytes] : voxels_->bufferSizes()) held.emplace_back("voxels: " + name, bytes);
+  }
+  if (cones_) {
+    for (auto& [name, bytes] : cones_->bufferSizes()) held.emplace_back("OpenGL: " + name, bytes);
+  }
   if (cpu_) {
     std::size_t drawn = 0;
     for (const auto& [name, bytes] : gl_->bufferSizes()) drawn += bytes;

@@ -12,6 +12,7 @@
 #include "tools/gl_scene/gl_level.h"
 #include "tools/gl_scene/shadow_maps.h"
 #include "tools/view/backdrop.h"
+#include "tools/view/bake_on_gpu.h"
 #include "tools/view/cpu_light.h"
 #include "tools/view/level_parts.h"
 #include "tools/view/live_shading.h"
@@ -74,6 +75,10 @@ class Viewer {
   // What lights with a bake: of the backend that was chosen. [live() is null]
   Relighter& relighter() { return cpu_ ? cpu_->relighter() : *gl_; }
   const Relighter& relighter() const { return cpu_ ? cpu_->relighter() : *gl_; }
+  // Whether voxels of a level with a bake, which cones of this view go through, are still being found.
+  bool awaitsVoxels(const ViewState& state) const {
+    return voxels_ && voxels_->isComing() && shadingKind(state, false, true).cones;
+  }
   // Whether what moves can shadow and reflect its light over links.
   bool hasMovingParts() const { return parts_.count() > 0; }
   // The bands it lights with, as "Y4Co2Cg2".
@@ -84,6 +89,7 @@ class Viewer {
       : loaded_(&level), bake_(&level.bake), level_(std::move(drawn)), shadows_(std::move(shadows)) {}
   Status build(const RelightChoice& choice, const Relighter* previous);
   Status relight(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved);
+  Status lightVoxels(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved);
   Status followCones(const ViewState& state, const std::vector<glm::mat4>& moved, const glm::mat4& clip,
                      std::uint32_t width, std::uint32_t height);
   void setEmissions(const ViewState& state);
@@ -109,6 +115,7 @@ class Viewer {
   std::optional<Overlays> overlays_;
   std::optional<Backdrop> backdrop_;
   std::unique_ptr<ViewRecords> records_;
+  std::unique_ptr<BakeOnGpu> voxels_;     // of a level with a bake, since cones were first asked for
   std::unique_ptr<ViewCones> cones_;      // of the last view that showed what they find
   std::vector<glm::vec3> skyPatches_;     // of the map, as it was turned when it was last drawn
   std::optional<float> patchesRotation_;  // [deg]

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+// See lit_sides.h.
+#include "runtime/live_gl/lit_sides.h"
+
+#include "runtime/check_setup.h"
+#include "runtime/gl/plan_objects.h"
+#include "runtime/gl/program.h"
+#include "runtime/passes/pack_lights.h"
+
+#include <glm/common.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec4.hpp>
+
+#include <array>
+
+namespace relume::gl {
+namespace {
+
+std::uint32_t rowsOfSides(std::size_t sides) {
+  return static_cast<std::uint32_t>((sides + RELUME_LIVE_SIDES_A_ROW - 1) / RELUME_LIVE_SIDES_A_ROW);
+}
+
+// What shaders read of one layer's sides and voxels (shaders/shared/layout.h).
+struct PackedLayer {
+  std::vector<glm::vec4> sides;                    // three a side
+  std::vector<glm::uvec2> voxels;                  // a voxel
+  std::vector<std::array<glm::uvec2, 4>> samples;  // a side
+
+  PackedLayer(const VolumeGrid& grid, const VoxelLayer& layer) {
+    sides.reserve(3 * layer.side.size());
+    samples.reserve(layer.side.size());
+    for (const VoxelSide& side : layer.side) {
+      sides.emplace_back(grid.toGrid(side.positionWorld), side.albedo.x);
+      sides.emplace_back(side.normal, side.albedo.y);
+      sides.emplace_back(side.emission, side.albedo.z);
+      std::array<glm::uvec2, 4>& to = samples.emplace_back();
+      for (std::size_t k = 0; k < 4; ++k) to[k] = packSample(side.sample[k]);
+    }
+    voxels.reserve(layer.kept);
+    for (std::uint32_t v = 0; v < layer.kept; ++v)
+      voxels.emplace_back(packAxis(glm::ivec3(glm::floor(127.0f * layer.axis[v] + 0.5f))), packVoxel(layer.voxel[v]));
+  }
+
+  static glm::uvec2 packSample(const SideSample& sample) {
+    const auto byte = [](std::int8_t v) { return std::uint32_t{static_cast<std::uint8_t>(v)}; };
+    return {
+        byte(sample.place[0]) | byte(sample.place[1]) << 8 | byte(sample.place[2]) << 16 | byte(sample.normal[0]) << 24,
+        byte(sample.normal[1]) | byte(sample.normal[2]) << 8 | std::uint32_t{sample.count} << 16};
+  }
+};
+
+}  // namespace
+
+LitSides::LitSides(const Functions& gl)
+    : gl_(gl),
+      sides_(gl),
+      samples_(gl),
+      voxels_(gl),
+      direct_(gl),
+      lights_(gl),
+      radiance_(gl, kFloats, RELUME_LIVE_SIDES_A_ROW),
+      timer_(gl) {}
+
+Status LitSides::compile(const std::string& visibilityGlsl) {
+  Result<Program> made = makeComputeProgram(gl_, "live_direct.comp", {}, visibilityGlsl);
+  if (!made) return made.error();
+  directProgram_ = std::move(*made);
+  return done();
+}
+
+Status LitSides::checkSize(const VoxelVolume& volume) const {
+  const GpuDevice device = deviceOf(gl_, gpu::GroupThreads::parallel);
+  const std::size_t bytes = 3 * sizeof(glm::vec4) * volume.sideCount();
+  if (bytes > device.storageBytes || rowsOfSides(volume.sideCount()) >= device.imageSide)
+    return Error{ErrorCode::unsupported, "live light: " + std::to_string(volume.sideCount() / 2) +
+                                             " voxels are more than this OpenGL's buffers hold; use fewer cells"};
+  return done();
+}
+
+void LitSides::follow(const VoxelVolume& volume) {
+  const bool stood = follows_ && volume.standingVersion() == standingVersion_;
+  if (stood && volume.movingVersion() == movingVersion_) return;
+  grid_ = volume.grid();
+  const std::size_t standing = volume.standingSides(), all = volume.sideCount();
+  bool grown = false;
+  const std::pair<GrowingBuffer*, std::size_t> buffers[] = {
+      {&sides_, 48}, {&samples_, 32}, {&voxels_, 4}, {&direct_, 16}};
+  for (const auto& [buffer, bytes] : buffers) grown = buffer->reserve(bytes * all) || grown;
+  radiance_.reserve(rowsOfSides(all));
+  const auto write = [&](const VoxelLayer& layer, std::size_t first) {
+    const PackedLayer packed(grid_, layer);
+    sides_.write(48 * first, bytesOf(packed.sides));
+    samples_.write(32 * first, bytesOf(packed.samples));
+    voxels_.write(4 * first, bytesOf(packed.voxels));
+  };
+  if (grown || !stood) {
+    write(volume.standing(), 0);
+    direct_.clear();
+  } else {
+    const std::vector<glm::vec4> dark(all - standing, glm::vec4(0.0f));
+    direct_.write(16 * standing, bytesOf(dark));
+  }
+  write(volume.moving(), standing);
+  count_ = volume.sideCount();
+  standingVersion_ = volume.standingVersion();
+  movingVersion_ = volume.movingVersion();
+  follows_ = true;
+}
+
+void LitSides::lightDirectly(std::span<const Light> lights) {
+  normaliseLights(lights, normalised_);
+  gpu::packLights(normalised_, packed_);
+  lights_.reserve(packed_.size() * sizeof(RelumeLight));
+  lights_.write(0, bytesOf(packed_));
+  samples_.bind(RELUME_LIVE_SLOT_SAMPLES);
+  voxels_.bind(RELUME_LIVE_SLOT_VOXELS);
+  lights_.bind(RELUME_LIVE_SLOT_LIGHTS);
+  direct_.bind(RELUME_LIVE_SLOT_DIRECT);
+  setGrid(gl_, directProgram_.get(), grid_, grid_.voxel);
+  setUniform(gl_, directProgram_, "relumeLightCount", static_cast<std::uint32_t>(packed_.size()));
+  timer_.mark(0);
+  runThreads(gl_, directProgram_, count_);
+  timer_.mark(1);
+  timer_.endFrame();
+  waitForShaders(gl_);
+}
+
+void LitSides::copyDirect(const VoxelVolume& volume) {
+  std::vector<glm::vec4> light;
+  light.reserve(volume.direct().size());
+  for (const glm::vec3& e : volume.direct()) light.emplace_back(e, 0.0f);
+  direct_.write(0, bytesOf(light));
+}
+
+bool LitSides::isOf(const VoxelVolume& volume) const {
+  return follows_ && standingVersion_ == volume.standingVersion() && movingVersion_ == volume.movingVersion() &&
+         count_ == volume.sideCount();
+}
+
+std::vector<glm::vec3> LitSides::radiance() const {
+  std::vector<glm::vec4> texels(std::size_t{radiance_.rows()} * RELUME_LIVE_SIDES_A_ROW);
+  if (!texels.empty()) {
+    radiance_.bind(RELUME_LIVE_UNIT_LIGHT);
+    gl_.GetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, texels.data());
+  }
+  return {texels.begin(), texels.begin() + static_cast<std::ptrdiff_t>(count_)};
+}
+
+std::vector<std::pair<std::string, std::size_t>> LitSides::bufferSizes() const {
+  return {{"voxel sides", sides_.bytes() + samples_.bytes() + voxels_.bytes()},
+          {"voxel light", direct_.bytes() + radiance_.bytes() + lights_.bytes()}};
+}
+
+void setGrid(const Functions& gl, GLuint program, const VolumeGrid& grid, float voxel) {
+  const glm::vec3& o = grid.originWorld;
+  const glm::uvec3 size(grid.cells);
+  gl.ProgramUniform3f(program, gl.GetUniformLocation(program, "relumeLiveOrigin"), o.x, o.y, o.z);
+  gl.ProgramUniform1f(program, gl.GetUniformLocation(program, "relumeLiveVoxel"), voxel);
+  gl.ProgramUniform3ui(program, gl.GetUniformLocation(program, "relumeLiveSize"), size.x, size.y, size.z);
+}
+
+}  // namespace relume::gl
