@@ -47,7 +47,8 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
       "--draft", o.draft,
       "without --bake: bake the scene at preset draft, in memory alone; so do --bands, --records, --overlay and "
       "--view texels or grid, which show a bake");
-  app.add_option("--live-cells", o.live.cells, "cells on the longest side of a level without a bake")
+  app.add_option("--live-cells", o.live.cells,
+                 "cells on a level's longest side: of its light without a bake, of the voxels of --cones")
       ->check(CLI::Range(kMinCells, kMaxCells))
       ->capture_default_str();
   app.add_option("--live-backend", liveBackend,
