@@ -92,8 +92,6 @@ struct Relighter::State {
   }
 };
 
-namespace {}  // namespace
-
 Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& options) try {
   std::pmr::memory_resource* host = memoryOr(options.memory);
   std::unique_ptr<State, Destroy> state(makeOwned<State>(host, host).release());

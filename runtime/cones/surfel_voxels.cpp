@@ -96,7 +96,8 @@ Status SurfelVoxels::checkVolume(const VoxelVolume& volume) const {
 Status SurfelVoxels::light(VoxelVolume& volume, const Relighter& relighter, const glm::vec3& emissionScale) {
   if (Status ok = checkVolume(volume); !ok) return ok;
   try {
-    // What the grid has at sides without surfels
+    // What the grid has at sides without surfels. With OpenGL the first look-up reads the caches back: by this thread.
+    static_cast<void>(relighter.irradianceInGrid(glm::vec3(0.0f), glm::vec3(0.0f, 1.0f, 0.0f)));
     bounced_.assign(volume.sideCount(), glm::vec3(0.0f));
     const auto hasSurfels = [&](std::uint32_t s) { return s < volume.standingSides() && first_[s + 1] > first_[s]; };
     forChunks(volume.parallelFor(), volume.sideCount(), kBakeSides, [&](std::uint32_t begin, std::uint32_t end) {

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
 // Light without a bake on the CPU and in OpenGL, by turns: the least milliseconds of each pass, and how far the two
-// lights are apart. Nothing is in shadow, so that direct light is the same work on both.
+// lights are apart. Nothing is in shadow, so that direct light is the same work on both. With a bake of the level also
+// the voxels lit by it, which cones read.
 //
-//   bench_live_backends LEVEL.glb [CELLS [RAYS [FRAMES]]]      (by default 32, 64, 24; all threads of the machine)
+//   bench_live_backends LEVEL.glb [CELLS [RAYS [FRAMES [BAKE]]]]    (by default 32, 64, 24; all threads of the machine)
 #include "relume/bake/context.h"
 #include "relume/bake/scene.h"
+#include "relume/bake_file.h"
 #include "runtime/live/live_caches.h"
+#include "runtime/live_gl/bake_voxels_gl.h"
 #include "runtime/live_gl/live_caches_gl.h"
+#include "runtime/shared/stopwatch.h"
 #include "tests/measure/or_exit.h"
 #include "tools/base/worker_threads.h"
 #include "tools/gl_scene/egl_context.h"
@@ -14,11 +18,13 @@
 #include "tools/render/render_frame.h"
 
 #include <epoxy/gl.h>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 #include <map>
 #include <string>
 #include <thread>
@@ -44,11 +50,46 @@ double mebibytes(const std::vector<std::pair<std::string, std::size_t>>& sizes) 
   return static_cast<double>(sum) / (1 << 20);
 }
 
+// The voxels lit by a bake: times, how far both lights are apart, and on how many of the voxels' sides it has surfels.
+void lightByBake(const Bake& bake, VoxelVolume& volume, const LightSetup& setup, int frames) {
+  RelightOptions options;
+  options.backend = BackendKind::gl;
+  options.getProcAddress = EglContext::getProcAddress;
+  Relighter relighter = orExit(Relighter::create(bake, options));
+  BakeVoxelsGl onGl =
+      orExit(BakeVoxelsGl::create({relighter.lumaBands(), relighter.chromaBands(), EglContext::getProcAddress, ""}));
+  SurfelVoxels surfels = orExit(SurfelVoxels::create(volume, bake));
+  orExit(volume.lightDirectly(setup));
+  double cpu = std::numeric_limits<double>::infinity();
+  Least gpu;
+  for (int f = 0; f < frames; ++f) {
+    orExit(relighter.relight(setup));
+    Stopwatch watch;
+    orExit(surfels.light(volume, relighter, glm::vec3(1.0f)));
+    cpu = std::min(cpu, watch.lap());
+    orExit(onGl.light(volume, surfels, relighter.gl()->inputs(), setup.lights, glm::vec3(1.0f)));
+    glFinish();
+    take(gpu, onGl.passTimes());
+  }
+  double square = 0.0, off = 0.0;
+  const std::vector<glm::vec3> found = onGl.radiance();
+  for (std::uint32_t s = 0; s < volume.sideCount(); ++s) {
+    const VoxelRadiance& r = volume.radiance()[s / 2];
+    const glm::vec3 expected = s % 2 == 0 ? r.front : r.back, error = found[s] - expected;
+    square += static_cast<double>(glm::dot(expected, expected));
+    off += static_cast<double>(glm::dot(error, error));
+  }
+  std::printf(
+      "by the bake: CPU %.2f ms, OpenGL %.2f ms; relative RMSE of radiance %.2e; OpenGL %.1f MiB; surfels on %.0f %%\n",
+      cpu, gpu["voxels by the bake"], std::sqrt(off / std::max(square, 1e-30)), mebibytes(onGl.bufferSizes()),
+      100.0 * static_cast<double>(surfels.covered()));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::fprintf(stderr, "bench_live_backends LEVEL.glb [CELLS [RAYS [FRAMES]]]\n");
+    std::fprintf(stderr, "bench_live_backends LEVEL.glb [CELLS [RAYS [FRAMES [BAKE]]]]\n");
     return 2;
   }
   const auto number = [&](int at, int otherwise) { return argc > at ? std::atoi(argv[at]) : otherwise; };
@@ -96,5 +137,6 @@ int main(int argc, char** argv) {
     std::printf("%-7s CPU %8.2f ms, OpenGL %8.2f ms\n", pass, cpu[pass], gpu[pass]);
   std::printf("relative RMSE of coefficients %.2e; OpenGL %.1f MiB\n", std::sqrt(off / std::max(square, 1e-30)),
               mebibytes(onGl.bufferSizes()));
+  if (argc > 5) lightByBake(orExit(readBake(argv[5])), volume, setup, frames);
   return 0;
 }
