@@ -29,8 +29,12 @@ void main() {
   for (uint d = 0u; d < uint(RELUME_CONE_DIRECTIONS); ++d) {
     vec4 part[8];
     for (int c = 0; c < 8; ++c) {
-      bool isFront = dot(relumeConeFront(front[c].w), relumeConeAxis(d)) < 0.0;
-      part[c] = vec4(back[c].w * (isFront ? front[c].rgb : back[c].rgb), back[c].w);
+      float cosine = dot(relumeConeFront(front[c].w), relumeConeAxis(d)), depth = back[c].w;
+#if RELUME_CONE_DIRECTIONS > 1
+      // Of what is seen edge-on, which of the sides it is does not say.
+      if (front[c].w > 0.0) depth *= max(abs(cosine) / 127.0, 0.1);
+#endif
+      part[c] = vec4(depth * (cosine < 0.0 ? front[c].rgb : back[c].rgb), depth);
     }
     imageStore(level, ivec3(d * 2u * relumeLiveSize.x, 0, 0) + v, relumeConeTogether(part, d));
   }

@@ -23,6 +23,7 @@ constexpr float kClear = 1.75f;     // [voxels] above its own plane a cone begin
 constexpr float kPlane = 2.5f;      // [sample widths] least height above the cone's own plane
 constexpr float kNear = 3.0f;       // [voxels] from its start a cone may be in the voxels of walls beside it
 constexpr float kStep = 0.5f;       // [sample widths]
+constexpr float kEdgeOn = 0.1f;     // share of its depth that a voxel has for rays along its surface
 constexpr std::uint32_t kRows = 8;  // of a chunk
 
 // What a ray sees of something that is partly opaque.
@@ -65,6 +66,16 @@ glm::vec4 ofVoxel(const VoxelVolume& volume, const glm::ivec3& voxel, const glm:
   if (sides) return {depth * (side % 2 == 0 ? r.front : r.back), depth};
   const float a = volume.side(side & ~1u).area, b = volume.side(side | 1u).area;
   return {depth * glm::mix(r.back, r.front, a + b > 0.0f ? a / (a + b) : 0.5f), depth};
+}
+
+// What a ray along one of the six directions sees of an occupied voxel. A surface that it runs along covers next to
+// nothing of its view, and which of the sides it is on does not say: it counts by its cosine.
+glm::vec4 ofVoxelAlong(const VoxelVolume& volume, const glm::ivec3& voxel, std::uint32_t direction) {
+  const glm::vec4 whole = ofVoxel(volume, voxel, axisOf(direction), true);
+  const std::uint32_t side = volume.sideAt(voxel, axisOf(direction));
+  if (side == kNoSide) return whole;
+  return std::max(std::abs(static_cast<float>(volume.radiance()[side / 2].axis[direction / 2])) / 127.0f, kEdgeOn) *
+         whole;
 }
 
 // Whether a place is before the opposite side of a voxel rather than before the side that a ray of this direction
@@ -189,7 +200,7 @@ Status RadianceMips::update(const VoxelVolume& volume) {
                 const Level& below = levels_[l - 1];
                 if (isInside(below.size, child)) p = below.voxel[indexIn(below.size, child) * per + d];
               } else if (volume.bits()[grid.cellOf(child)] >> brickBit(child) & 1u) {
-                p = ofVoxel(volume, child, axisOf(d), per > 1);
+                p = per > 1 ? ofVoxelAlong(volume, child, d) : ofVoxel(volume, child, axisOf(d), false);
               }
               empty = empty && p.w == 0.0f;
             }

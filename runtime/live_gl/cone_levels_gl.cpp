@@ -203,7 +203,9 @@ void ConeLevels::writeRadiance(const VoxelVolume& volume) {
     if (directions_ == RadianceMips::Directions::one) r.front = r.back = glm::mix(r.back, r.front, source.front);
     const int longest = std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2])});
     const float depth = source.voxel == kNoSource ? kSolidDepth : depthOfWall(longest);
-    texels.emplace_back(r.front, static_cast<float>(packAxis({r.axis[0], r.axis[1], r.axis[2]})));
+    const float axis =
+        source.voxel == kNoSource ? 0.0f : static_cast<float>(packAxis({r.axis[0], r.axis[1], r.axis[2]}));
+    texels.emplace_back(r.front, axis);
     texels.emplace_back(r.back, depth);
   }
   radiance_.write(bytesOf(texels));

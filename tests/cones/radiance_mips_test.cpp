@@ -72,6 +72,23 @@ TEST(RadianceMips, aPlaneFillsAConeWhateverItsDistanceAndWidth) {
   }
 }
 
+// Of a wall whose back is dark a wide cone at a slant sees the front: rays along the wall, of which there are two in
+// the six directions, say nothing of the side.
+TEST(RadianceMips, aPlaneAtASlantShowsTheSideThatFacesTheCone) {
+  VoxelLevel level;
+  level.surfaces = {sending(glm::vec3(1.0f))};
+  addWall(level, 5.0f, 0);
+  level.addQuad({-5, 40, -40}, {-5, 40, 40}, {-5, -40, 40}, {-5, -40, -40}, 0);  // which faces +x
+  const Lit lit(level, boxed({-8, -16, -16}, {8, 16, 16}, 32));
+  for (const float slant : {0.5f, 0.8f, 1.0f}) {
+    const glm::vec3 way = glm::normalize(glm::vec3(1.0f, slant, 0.5f * slant));
+    for (const glm::vec3& d : {way, -way}) {
+      for (const float spread : {0.1f, 0.25f, 0.4f})
+        EXPECT_NEAR(lit.trace({{0, 0, 0}, d, d, spread}).radiance.x, 1.0f, 0.02f) << slant << ' ' << spread;
+    }
+  }
+}
+
 TEST(RadianceMips, nothingShinesThroughAWallOfOneVoxel) {
   for (const float x : {1.0f, 1.06f, 1.13f, 3.2f}) {
     VoxelLevel level;
