@@ -16,25 +16,32 @@ void main() {
   ivec3 v = relumeConeListed(i);
   uvec4 cell = texelFetch(relumeLiveCells, v >> 1, 0);
   vec4 front[8], back[8];
+  float frontShare[8];  // of the area
   for (int c = 0; c < 8; ++c) {
     uint bit = relumeLiveBit(2 * v + ivec3(c & 1, c >> 1 & 1, c >> 2));
     front[c] = vec4(0.0);
     back[c] = vec4(0.0);
+    frontShare[c] = 0.0;
     if (relumeLiveIsSet(cell.xy, bit)) {
       uint number = cell.z + relumeLiveCountBefore(cell.xy, bit);
       front[c] = texelFetch(relumeConeRadiance, relumeConeTexel(2u * number), 0);
       back[c] = texelFetch(relumeConeRadiance, relumeConeTexel(2u * number + 1u), 0);
+      frontShare[c] = texelFetch(relumeConeSides, relumeConeTexel(4u * number), 0).w;
     }
   }
   for (uint d = 0u; d < uint(RELUME_CONE_DIRECTIONS); ++d) {
     vec4 part[8];
     for (int c = 0; c < 8; ++c) {
       float cosine = dot(relumeConeFront(front[c].w), relumeConeAxis(d)), depth = back[c].w;
+      vec3 radiance = cosine < 0.0 ? front[c].rgb : back[c].rgb;
 #if RELUME_CONE_DIRECTIONS > 1
-      // Of what is seen edge-on, which of the sides it is does not say.
-      if (front[c].w > 0.0) depth *= max(abs(cosine) / 127.0, 0.1);
+      if (front[c].w > 0.0) {
+        cosine = abs(cosine) / 127.0;
+        radiance = mix(mix(back[c].rgb, front[c].rgb, frontShare[c]), radiance, cosine);
+        depth *= max(cosine, 0.1);
+      }
 #endif
-      part[c] = vec4(depth * (cosine < 0.0 ? front[c].rgb : back[c].rgb), depth);
+      part[c] = vec4(depth * radiance, depth);
     }
     imageStore(level, ivec3(d * 2u * relumeLiveSize.x, 0, 0) + v, relumeConeTogether(part, d));
   }

@@ -69,13 +69,14 @@ glm::vec4 ofVoxel(const VoxelVolume& volume, const glm::ivec3& voxel, const glm:
 }
 
 // What a ray along one of the six directions sees of an occupied voxel. A surface that it runs along covers next to
-// nothing of its view, and which of the sides it is on does not say: it counts by its cosine.
+// nothing of its view, and which of the sides it is on does not say: by the cosine, the side that it meets or the mean.
 glm::vec4 ofVoxelAlong(const VoxelVolume& volume, const glm::ivec3& voxel, std::uint32_t direction) {
-  const glm::vec4 whole = ofVoxel(volume, voxel, axisOf(direction), true);
+  const glm::vec4 met = ofVoxel(volume, voxel, axisOf(direction), true);
   const std::uint32_t side = volume.sideAt(voxel, axisOf(direction));
-  if (side == kNoSide) return whole;
-  return std::max(std::abs(static_cast<float>(volume.radiance()[side / 2].axis[direction / 2])) / 127.0f, kEdgeOn) *
-         whole;
+  if (side == kNoSide) return met;
+  const glm::vec4 mean = ofVoxel(volume, voxel, axisOf(direction), false);
+  const float cosine = std::abs(static_cast<float>(volume.radiance()[side / 2].axis[direction / 2])) / 127.0f;
+  return std::max(cosine, kEdgeOn) * glm::mix(mean, met, cosine);
 }
 
 // Whether a place is before the opposite side of a voxel rather than before the side that a ray of this direction

@@ -136,7 +136,7 @@ void ConeLevels::findVoxels(const VoxelVolume& volume) {
                   const float area = front.area + back.area;
                   source_[i] = {voxel, area > 0.0f ? front.area / area : 0.5f};
                   glm::vec4* const to = &sideTexels_[kSideTexels * std::size_t{i}];
-                  to[0] = glm::vec4(grid_.toGrid(front.positionWorld), 0.0f);
+                  to[0] = glm::vec4(grid_.toGrid(front.positionWorld), source_[i].front);
                   to[1] = glm::vec4(front.normal, 0.0f);
                   to[2] = glm::vec4(grid_.toGrid(back.positionWorld), 0.0f);
                   to[3] = glm::vec4(back.normal, 0.0f);

@@ -212,7 +212,7 @@
 #define RELUME_CONE_SLOT_RSM_VOXELS 0  // of maps: RelumeRsmVoxel[]
 #define RELUME_CONE_SLOT_RSM_SUMS 1    // of maps: six words a side: three channels' low words, then their high ones
 #define RELUME_CONE_UNIT_RADIANCE 14   // two texels a voxel: front, axis as RELUME_LIVE_SLOT_VOXELS; back, depth
-#define RELUME_CONE_UNIT_SIDES 15      // four texels a voxel: front's position [voxels], its normal; the back's
+#define RELUME_CONE_UNIT_SIDES 15      // four texels a voxel: front's position [voxels], share; normal; the back's
 #define RELUME_CONE_UNIT_SOURCE 15     // inject: radiance of the caches' sides
 #define RELUME_CONE_UNIT_RSM_PLACES 8  // of maps: position [m], area [m²]; 0 = nothing is seen
 #define RELUME_CONE_UNIT_RSM_NORMALS 9
