@@ -37,7 +37,9 @@ void main() {
 #if RELUME_CONE_DIRECTIONS > 1
       if (front[c].w > 0.0) {
         cosine = abs(cosine) / 127.0;
-        radiance = mix(mix(back[c].rgb, front[c].rgb, frontShare[c]), radiance, cosine);
+        // Of a surface that has one side alone, that side.
+        vec3 edge = frontShare[c] == 1.0 ? front[c].rgb : frontShare[c] == 0.0 ? back[c].rgb : radiance;
+        radiance = mix(edge, radiance, cosine);
         depth *= max(cosine, 0.1);
       }
 #endif

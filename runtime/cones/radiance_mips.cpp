@@ -69,14 +69,16 @@ glm::vec4 ofVoxel(const VoxelVolume& volume, const glm::ivec3& voxel, const glm:
 }
 
 // What a ray along one of the six directions sees of an occupied voxel. A surface that it runs along covers next to
-// nothing of its view, and which of the sides it is on does not say: by the cosine, the side that it meets or the mean.
+// nothing of its view, and which of the sides it is on does not say: less by the cosine, and of a surface that has one
+// side alone that side.
 glm::vec4 ofVoxelAlong(const VoxelVolume& volume, const glm::ivec3& voxel, std::uint32_t direction) {
   const glm::vec4 met = ofVoxel(volume, voxel, axisOf(direction), true);
   const std::uint32_t side = volume.sideAt(voxel, axisOf(direction));
   if (side == kNoSide) return met;
-  const glm::vec4 mean = ofVoxel(volume, voxel, axisOf(direction), false);
   const float cosine = std::abs(static_cast<float>(volume.radiance()[side / 2].axis[direction / 2])) / 127.0f;
-  return std::max(cosine, kEdgeOn) * glm::mix(mean, met, cosine);
+  const bool hasOne = (volume.side(side).area > 0.0f) != (volume.side(side ^ 1u).area > 0.0f);
+  const glm::vec4 edge = hasOne ? ofVoxel(volume, voxel, axisOf(direction), false) : met;
+  return std::max(cosine, kEdgeOn) * glm::mix(edge, met, cosine);
 }
 
 // Whether a place is before the opposite side of a voxel rather than before the side that a ray of this direction
