@@ -17,7 +17,6 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kDirectStage = 0x72637364;  // the random streams' stage
-constexpr float kCell = 0.05f;  // width of a record's ray at distance 1: what its albedo is the mean over
 
 // A cosine-weighted direction about n: a uniform point of the sphere on top of it.
 glm::vec3 cosineDirection(const glm::vec3& n, const glm::vec2& u) {
@@ -32,7 +31,7 @@ glm::vec3 cosineDirection(const glm::vec3& n, const glm::vec2& u) {
 
 HitRadiance directRadiance(const RayTracer& transport, const RayTracer& drawn, std::span<const SceneLight> lights,
                            const EmittingTriangles* emitters, const Sky& sky, std::uint64_t seed) {
-  return [&transport, &drawn, lights, emitters, &sky, seed](std::uint64_t item, std::span<const Ray> rays,
+  return [&transport, &drawn, lights, emitters, &sky, seed](std::uint64_t item, float spread, std::span<const Ray> rays,
                                                             std::span<const Hit> hits, std::span<glm::vec3> radiance) {
     const Scene& scene = transport.scene();
     RandomStream random(seed, kDirectStage, item);
@@ -40,7 +39,7 @@ HitRadiance directRadiance(const RayTracer& transport, const RayTracer& drawn, s
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (!hits[i]) continue;
       const SeenSurface seen = seenAt(scene, rays[i], hits[i]);
-      const glm::vec3 albedo = albedoAt(scene, seen.point, kCell * hits[i].distance);
+      const glm::vec3 albedo = albedoAt(scene, seen.point, spread * hits[i].distance);
       if (albedo == glm::vec3(0.0f)) continue;
       glm::vec3 irradiance = directIrradiance(drawn, lights, seen.positionWorld, seen.normal);
       const glm::vec3 origin = seen.positionWorld + seen.geometricNormal * transport.epsilonAt(seen.positionWorld);

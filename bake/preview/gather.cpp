@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace relume {
 namespace {
@@ -101,7 +102,8 @@ RecordGatherer::RecordGatherer(const RayTracer& tracer, const HitRadiance& refle
       cells_(options.hemisphere == Hemisphere::fan
                  ? fanCells(options.rays)
                  : planeCells(options.planeSide, options.planeFovRad, options.hemisphere)),
-      strata_(options.rays, 0.0f) {}
+      strata_(options.rays, 0.0f),
+      spread_(std::sqrt(std::numbers::pi_v<float> / static_cast<float>(cells_.count()))) {}
 
 // Fill the directions, cell by cell; returns the frame that they stand in.
 glm::mat3 RecordGatherer::aim(const PixelReceiver& receiver, std::uint64_t item, Scratch& scratch) const {
@@ -144,7 +146,7 @@ void RecordGatherer::look(const PixelReceiver& receiver, std::uint64_t item, Scr
     if (below) s.hits[i] = Hit{};
     s.distance[i] = below ? -1.0f : s.hits[i].distance;
   }
-  reflected_(item, s.rays, s.hits, s.reflected);
+  reflected_(item, spread_, s.rays, s.hits, s.reflected);
   for (std::uint32_t i = 0; i < count; ++i) keepFinite(s.hits[i], s.reflected[i]);
   addSky(s);
   rays_ += count;
@@ -224,7 +226,7 @@ double RecordGatherer::lookAgain(const PixelReceiver& receiver, std::uint64_t it
   for (std::size_t i = 0; i < count; ++i) {
     if (glm::dot(s.fineDirections[i], receiver.geometricNormal) <= 0.0f) s.fineHits[i] = Hit{};
   }
-  reflected_(item + kAgain, s.fineRays, s.fineHits, s.fineReflected);
+  reflected_(item + kAgain, spread_ * std::sqrt(1.0f / kSubRays), s.fineRays, s.fineHits, s.fineReflected);
   rays_ += count;
 
   double variance = 0.0;

@@ -105,6 +105,7 @@ class RecordGatherer {
   RecordReach reach_;
   HemisphereCells cells_;
   DirectionStrata strata_;
+  float spread_;  // width of a ray, or a pixel, over its distance
   mutable std::atomic<std::uint64_t> rays_{0}, notFinite_{0};
   mutable std::atomic<std::uint32_t> instance_{kNone};
 };

@@ -17,10 +17,11 @@ class EmittingTriangles;
 struct Sky;
 
 // Write the radiance [W/m²/sr] for each ray that hits something; the others are 0 at first. What surfaces emit is not
-// part of it: emitters are light of the pixels' own. `item` is the record's number for random streams. Called from
-// many threads at once. [Size rays = hits = radiance]
-using HitRadiance = std::function<void(std::uint64_t item, std::span<const Ray> rays, std::span<const Hit> hits,
-                                       std::span<glm::vec3> radiance)>;
+// part of it: emitters are light of the pixels' own. `item` is the record's number for random streams; `spread` the
+// width of the patch that a ray stands for, over its distance. Called from many threads at once.
+// [Size rays = hits = radiance]
+using HitRadiance = std::function<void(std::uint64_t item, float spread, std::span<const Ray> rays,
+                                       std::span<const Hit> hits, std::span<glm::vec3> radiance)>;
 
 // RCS 4: light that is reflected once. A shadow ray for each punctual light, one toward a point drawn on the emitters
 // and one toward the sky. `drawn` casts the punctual lights' shadows, `transport` all others. emitters: null where

@@ -133,7 +133,7 @@ RecordGatherer::Options gatherOptions(const LeafRecords::Options& o) {
 
 LeafRecords::LeafRecords(const RayTracer& tracer, HitLeaf leafOf, const Sky& sky, const Options& options)
     : leafOf_(std::move(leafOf)),
-      dark_([](std::uint64_t, std::span<const Ray>, std::span<const Hit>, std::span<glm::vec3>) {}),
+      dark_([](std::uint64_t, float, std::span<const Ray>, std::span<const Hit>, std::span<glm::vec3>) {}),
       sky_(sky),
       gatherer_(tracer, dark_, sky_, gatherOptions(options)),
       fixedReach_(options.fixedReach) {}

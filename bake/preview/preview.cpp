@@ -374,7 +374,8 @@ Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance&
   std::optional<MirrorInput> mirrored;
   if (mirrors)
     mirrored.emplace(MirrorInput{scene, *mirrors->radiance, mirrors->records, *mirrors->tiles, *mirrors->lobes,
-                                 reflected, scene.emissive, options.seed, mirrors->drawn, mirrors->surfaces});
+                                 scene.sharp != nullptr ? *scene.sharp : reflected, scene.emissive, options.seed,
+                                 mirrors->drawn, mirrors->surfaces});
   shadeFrame({scene, options, camera, tiles, receivers, *centers, scene.emissive ? &emitters : nullptr,
               mirrored ? &*mirrored : nullptr},
              frame, context);

@@ -58,6 +58,7 @@ struct PreviewScene {
   const DrawHemispheres* draw = nullptr;  // what draws records' surroundings; null: rays look around
   SplatDrawer* splat = nullptr;           // what draws records at the pixels' centres; null: RecordTiles
   const DrawMirrors* mirrors = nullptr;   // what draws radiance records there; null: RadianceRecords
+  const HitRadiance* sharp = nullptr;     // what single mirrored rays find; null: what records' rays do
 };
 
 // Pixel means by a box filter, row 0 on top [Size width * height]; radiances [W/m²/sr] are with albedo.

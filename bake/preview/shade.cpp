@@ -43,10 +43,19 @@ float toUnit(std::uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-2
 
 class Shader {
  public:
+  // What a sub-pixel shows.
+  struct Sample {
+    std::size_t ray;
+    PixelReceiver receiver;
+    glm::vec3 albedo;
+    MirrorSurface mirror;
+  };
   // Memory of one thread.
   struct Scratch {
     std::vector<Ray> rays;
     std::vector<Hit> hits;
+    std::vector<Sample> samples;
+    std::vector<glm::vec3> position, normal, direct;  // [Size samples] the last: irradiance by punctual lights
     std::vector<float> chances;
     MirrorShader::Scratch mirror;
   };
@@ -79,40 +88,62 @@ class Shader {
     }
     hits.resize(rays.size());
     in_.scene.drawn.trace(rays, hits, RayOrder::coherent);
-    for (std::size_t i = 0; i < rays.size() && !context.cancelled(); ++i)
-      addSample(begin + static_cast<std::uint32_t>(i / count), y, static_cast<std::uint32_t>(i % count), rays[i],
-                hits[i], scratch);
+    findSamples(std::size_t{y} * frame_.width + begin, scratch);
+    scratch.direct.resize(scratch.samples.size());
+    directIrradiance(in_.scene.drawn, in_.scene.lights, scratch.position, scratch.normal, scratch.direct);
+    for (std::size_t i = 0; i < scratch.samples.size() && !context.cancelled(); ++i) {
+      const auto ray = static_cast<std::uint32_t>(scratch.samples[i].ray);
+      addSample(begin + ray / count, y, ray % count, scratch.samples[i], scratch.direct[i], scratch);
+    }
   }
 
-  void addSample(std::uint32_t x, std::uint32_t y, std::uint32_t sample, const Ray& ray, const Hit& hit,
+  // What the rays end on, but for the sky, which is added to the pixels from `first` on.
+  void findSamples(std::size_t first, Scratch& scratch) const {
+    const Scene& scene = in_.scene.drawn.scene();
+    const std::uint32_t count = in_.options.samples * in_.options.samples;
+    scratch.samples.clear();
+    scratch.position.clear();
+    scratch.normal.clear();
+    for (std::size_t i = 0; i < scratch.rays.size(); ++i) {
+      const Ray& ray = scratch.rays[i];
+      if (!scratch.hits[i]) {
+        frame_.emission[first + i / count] += 1.0f / static_cast<float>(count) * in_.scene.sky.along(ray.direction);
+        continue;
+      }
+      const SeenSurface seen = seenAt(scene, ray, scratch.hits[i]);
+      Sample& sample = scratch.samples.emplace_back(Sample{i, make_.at(seen), glm::vec3(0.0f), {}});
+      if (mirrors_) {
+        sample.mirror = mirrorAt(scene, ray, seen);
+        sample.albedo = sample.mirror.diffuse;
+        if (sample.mirror.normal != sample.receiver.normal) sample.receiver.bent = sample.mirror.normal;
+      } else {
+        sample.albedo = albedoAt(scene, seen.point);
+      }
+      scratch.position.push_back(sample.receiver.positionWorld);
+      scratch.normal.push_back(sample.receiver.litNormal());
+    }
+  }
+
+  // direct: irradiance by punctual lights.
+  void addSample(std::uint32_t x, std::uint32_t y, std::uint32_t sample, const Sample& shown, const glm::vec3& direct,
                  Scratch& scratch) const {
     const std::size_t pixel = std::size_t{y} * frame_.width + x;
     const float weight = 1.0f / static_cast<float>(in_.options.samples * in_.options.samples);
-    if (!hit) {
-      frame_.emission[pixel] += weight * in_.scene.sky.along(ray.direction);
-      return;
-    }
     const Scene& scene = in_.scene.drawn.scene();
-    const SeenSurface seen = seenAt(scene, ray, hit);
-    PixelReceiver receiver = make_.at(seen);
-    glm::vec3 albedo = albedoAt(scene, seen.point);
-    MirrorSurface mirror;
-    if (mirrors_) {
-      mirror = mirrorAt(scene, ray, seen);
-      albedo = mirror.diffuse;
-      if (mirror.normal != receiver.normal) receiver.bent = mirror.normal;
-    }
+    const PixelReceiver& receiver = shown.receiver;
+    const glm::vec3& albedo = shown.albedo;
+    const MirrorSurface& mirror = shown.mirror;
+    const Hit& hit = scratch.hits[shown.ray];
     const glm::vec3 reflected = weight * kInvPi * albedo;
     const Splat light = mirrors_ && albedo == glm::vec3(0.0f) ? Splat{} : indirectAt(x, y, receiver);
     const EmitterLight emitted = fromEmitters(pixel, sample, receiver, mirror, scratch.chances);
     frame_.albedo[pixel] += weight * albedo;
     frame_.bounced[pixel] += reflected * light.reflected;
     frame_.straight[pixel] += reflected * (light.sky + emitted.irradiance);
-    frame_.direct[pixel] +=
-        reflected * directIrradiance(in_.scene.drawn, in_.scene.lights, receiver.positionWorld, receiver.litNormal());
+    frame_.direct[pixel] += reflected * direct;
     if (mirrors_) addMirrored(x, y, sample, receiver, mirror, emitted.mirrored, scratch.mirror);
     if (in_.emitters != nullptr && (!hit.back || scene.bothSides(scene.instances[hit.instance], hit.triangle)))
-      frame_.emission[pixel] += weight * emissionAt(scene, seen.point);
+      frame_.emission[pixel] += weight * emissionAt(scene, hit.point());
   }
 
   // Add what the surface mirrors. emitted: of emitters, where records have the rest.

@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::uint32_t kMirrorStage = 0x7263736c;  // the random streams' stage
 constexpr std::uint64_t kMirrored = 1ull << 41;     // makes items of mirrored rays
+constexpr float kSpread = 0.05f;                    // of a mirrored ray: what its albedo is the mean over
 constexpr float kSameAxis = 0.9999f;                // cosine of 0.8 degrees, a tenth of the sharpest lobe's
 constexpr float kSameExponent = 0.01f;              // of it
 
@@ -56,7 +57,7 @@ glm::vec3 MirrorShader::alongLobe(std::uint64_t item, const PixelReceiver& recei
   const Hit hit = transport.trace(ray);
   if (!hit) return in_.scene.sky.along(direction);
   glm::vec3 radiance(0.0f);
-  in_.reflected(item + kMirrored, {&ray, 1}, {&hit, 1}, {&radiance, 1});
+  in_.reflected(item + kMirrored, kSpread, {&ray, 1}, {&hit, 1}, {&radiance, 1});
   if (!std::isfinite(radiance.x + radiance.y + radiance.z)) radiance = glm::vec3(0.0f);
   const Scene& scene = transport.scene();
   if (in_.emissive && (!hit.back || scene.bothSides(scene.instances[hit.instance], hit.triangle)))

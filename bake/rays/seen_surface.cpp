@@ -2,11 +2,14 @@
 // See seen_surface.h.
 #include "bake/rays/seen_surface.h"
 
+#include "bake/scene/surface_normals.h"
+
 namespace relume {
 
 SeenSurface seenAt(const Scene& scene, const Ray& ray, const Hit& hit) {
-  SeenSurface seen{hit.point(), ray.origin + hit.distance * ray.direction, shadingNormal(scene, hit.point()),
-                   geometricNormal(scene, hit.point()), hit.back};
+  const SurfaceNormals normals = normalsAt(scene, hit.point());
+  SeenSurface seen{hit.point(), ray.origin + hit.distance * ray.direction, normals.shading, normals.geometric,
+                   hit.back};
   if (hit.back) {
     seen.normal = -seen.normal;
     seen.geometricNormal = -seen.geometricNormal;

@@ -67,6 +67,10 @@ Result<ReferenceImage> renderReference(const RayTracer& tracer, const Camera& ca
 // Irradiance [W/m²] of punctual lights at a point, shadows by rays. normal must be unit.
 glm::vec3 directIrradiance(const RayTracer& tracer, std::span<const SceneLight> lights, const glm::vec3& positionWorld,
                            const glm::vec3& normal);
+// The same of many points at once: their shadow rays go in packets. [Size positionWorld = normal = irradiance]
+void directIrradiance(const RayTracer& tracer, std::span<const SceneLight> lights,
+                      std::span<const glm::vec3> positionWorld, std::span<const glm::vec3> normal,
+                      std::span<glm::vec3> irradiance);
 // The same without shadows: unshadowed irradiance of one light, and the direction toward it and its distance.
 glm::vec3 lightIrradiance(const SceneLight& light, const glm::vec3& positionWorld, const glm::vec3& normal,
                           glm::vec3& toLight, float& distance);

@@ -10,6 +10,8 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 namespace relume {
 namespace {
@@ -63,6 +65,33 @@ glm::vec3 directIrradiance(const RayTracer& tracer, std::span<const SceneLight> 
     if (!tracer.occluded({origin, 0.0f, toLight, distance})) sum += irradiance;
   }
   return sum;
+}
+
+void directIrradiance(const RayTracer& tracer, std::span<const SceneLight> lights,
+                      std::span<const glm::vec3> positionWorld, std::span<const glm::vec3> normal,
+                      std::span<glm::vec3> irradiance) {
+  std::fill(irradiance.begin(), irradiance.end(), glm::vec3(0.0f));
+  std::vector<Ray> rays;
+  std::vector<std::pair<std::size_t, glm::vec3>> open;  // point, light unless blocked
+  std::vector<std::uint8_t> blocked;
+  for (const SceneLight& light : lights) {
+    rays.clear();
+    open.clear();
+    for (std::size_t i = 0; i < positionWorld.size(); ++i) {
+      const glm::vec3 origin = positionWorld[i] + normal[i] * tracer.epsilonAt(positionWorld[i]);
+      glm::vec3 toLight;
+      float distance = 0.0f;
+      const glm::vec3 e = lightIrradiance(light, origin, normal[i], toLight, distance);
+      if (e == glm::vec3(0.0f)) continue;
+      rays.push_back({origin, 0.0f, toLight, distance});
+      open.emplace_back(i, e);
+    }
+    blocked.assign(rays.size(), 0);
+    tracer.occluded(rays, blocked);
+    for (std::size_t k = 0; k < open.size(); ++k) {
+      if (blocked[k] == 0) irradiance[open[k].first] += open[k].second;
+    }
+  }
 }
 
 glm::vec3 directHighlights(const RayTracer& tracer, std::span<const SceneLight> lights, const glm::vec3& positionWorld,

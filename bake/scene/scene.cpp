@@ -2,6 +2,8 @@
 // Answers questions about the scene's geometry: numbers of triangles, world corners, normals.
 #include "relume/bake/scene.h"
 
+#include "bake/scene/surface_normals.h"
+
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 
@@ -80,8 +82,10 @@ glm::vec3 geometricNormal(const Scene& scene, const SurfacePoint& p) {
   return unitOrZero(instance.flipped ? -world : world);
 }
 
-glm::vec3 shadingNormal(const Scene& scene, const SurfacePoint& p) {
-  const glm::vec3 geometric = geometricNormal(scene, p);
+namespace {
+
+// The shading normal where the geometric one is known.
+glm::vec3 shadingNormal(const Scene& scene, const SurfacePoint& p, const glm::vec3& geometric) {
   const Instance& instance = scene.instances[p.instance];
   const Mesh& mesh = scene.meshes[instance.mesh];
   if (mesh.normal.empty() || geometric == glm::vec3(0.0f)) return geometric;
@@ -94,6 +98,17 @@ glm::vec3 shadingNormal(const Scene& scene, const SurfacePoint& p) {
       unitOrZero(cofactors(glm::dmat3(glm::mat3(instance.toWorld))) * glm::dvec3(instance.flipped ? -normal : normal));
   if (world == glm::vec3(0.0f)) return geometric;
   return glm::dot(world, geometric) < 0.0f ? -world : world;
+}
+
+}  // namespace
+
+glm::vec3 shadingNormal(const Scene& scene, const SurfacePoint& p) {
+  return shadingNormal(scene, p, geometricNormal(scene, p));
+}
+
+SurfaceNormals normalsAt(const Scene& scene, const SurfacePoint& p) {
+  const glm::vec3 geometric = geometricNormal(scene, p);
+  return {geometric, shadingNormal(scene, p, geometric)};
 }
 
 }  // namespace relume

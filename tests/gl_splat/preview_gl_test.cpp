@@ -185,7 +185,7 @@ TEST_F(PreviewsByGl, aFrameIsTheSame) {
   const Camera camera = SlicedRoom::cameraAt(0.0f);
   Sky sky;
   sky.radiance = {0.2f, 0.3f, 0.4f};
-  const HitRadiance reflected = [](std::uint64_t, std::span<const Ray>, std::span<const Hit> hits,
+  const HitRadiance reflected = [](std::uint64_t, float, std::span<const Ray>, std::span<const Hit> hits,
                                    std::span<glm::vec3> radiance) {
     for (std::size_t i = 0; i < hits.size(); ++i) {
       if (hits[i]) radiance[i] = glm::vec3(0.5f, 1.0f, 0.2f) * hits[i].distance;

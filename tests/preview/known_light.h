@@ -22,7 +22,7 @@ inline RayTracer tracerOf(const Scene& scene) {
 
 // Radiance by the place that is hit.
 inline HitRadiance lightAt(std::function<glm::vec3(const glm::vec3&)> radiance) {
-  return [radiance = std::move(radiance)](std::uint64_t, std::span<const Ray> rays, std::span<const Hit> hits,
+  return [radiance = std::move(radiance)](std::uint64_t, float, std::span<const Ray> rays, std::span<const Hit> hits,
                                           std::span<glm::vec3> found) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (hits[i]) found[i] = radiance(rays[i].origin + hits[i].distance * rays[i].direction);

@@ -114,7 +114,7 @@ TEST(LeafRecords, relitTheyAreWhatRaysGatherInTheNewLight) {
     for (const std::uint64_t number : {2u, 3u}) {
       const std::vector<glm::vec3> radiance = lightNumber(number);
       records.relight(radiance, context);
-      const HitRadiance light = [&radiance](std::uint64_t, std::span<const Ray> r, std::span<const Hit> hits,
+      const HitRadiance light = [&radiance](std::uint64_t, float, std::span<const Ray> r, std::span<const Hit> hits,
                                             std::span<glm::vec3> found) {
         for (std::size_t i = 0; i < r.size(); ++i) {
           const std::uint32_t leaf = hits[i] ? Room::leafAt(r[i], hits[i]) : kNone;

@@ -97,7 +97,7 @@ void expectLike(const std::vector<glm::vec3>& found, const std::vector<glm::vec3
 TEST(MirrorPreview, aFurnaceIsMirroredByTheReflectance) {
   const MirrorRoom room;
   const RayTracer tracer = room.tracer();
-  const HitRadiance light = [](std::uint64_t, std::span<const Ray>, std::span<const Hit> hits,
+  const HitRadiance light = [](std::uint64_t, float, std::span<const Ray>, std::span<const Hit> hits,
                                std::span<glm::vec3> radiance) {
     for (std::size_t i = 0; i < hits.size(); ++i) {
       if (hits[i]) radiance[i] = glm::vec3(2.0f);

@@ -92,7 +92,7 @@ TEST(Preview, closedFurnaceGivesItsFirstBounce) {
   finish(scene);
   const Asked asked{lookAt({0.2f, 0.1f, 0.3f}, {1, 0.2f, 0}), {}, true, {}};
   const RayTracer tracer = tracerOf(scene);
-  const HitRadiance light = [&](std::uint64_t, std::span<const Ray>, std::span<const Hit> hits,
+  const HitRadiance light = [&](std::uint64_t, float, std::span<const Ray>, std::span<const Hit> hits,
                                 std::span<glm::vec3> radiance) {
     for (std::size_t i = 0; i < hits.size(); ++i) {
       if (hits[i]) radiance[i] = glm::vec3(rho * le);

@@ -17,7 +17,6 @@ namespace relume {
 namespace {
 
 constexpr float kInvPi = std::numbers::inv_pi_v<float>;
-constexpr float kCell = 0.05f;  // width of a record's ray at distance 1: what its albedo is the mean over
 
 std::uint32_t surfelAt(const Scene& scene, const SurfelMap& map, const Hit& hit) {
   const std::uint32_t triangle = scene.instances[hit.instance].firstTriangle + hit.triangle;
@@ -30,17 +29,54 @@ bool isLit(const glm::vec3& c) { return c.x > 0.0f || c.y > 0.0f || c.z > 0.0f; 
 
 HitRadiance linkRadiance(const RayTracer& drawn, std::span<const SceneLight> lights, const Bake& bake,
                          const Relighter& relighter) {
-  return [&drawn, lights, &bake, &relighter](std::uint64_t, std::span<const Ray> rays, std::span<const Hit> hits,
-                                             std::span<glm::vec3> radiance) {
+  return [&drawn, lights, &bake, &relighter](std::uint64_t, float spread, std::span<const Ray> rays,
+                                             std::span<const Hit> hits, std::span<glm::vec3> radiance) {
     const Scene& scene = drawn.scene();
+    std::vector<std::size_t> lit;  // rays that end on what reflects
+    std::vector<SeenSurface> seen;
+    std::vector<glm::vec3> albedo, position, normal;
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (!hits[i]) continue;
-      const SeenSurface seen = seenAt(scene, rays[i], hits[i]);
-      const glm::vec3 albedo = albedoAt(scene, seen.point, kCell * hits[i].distance);
-      if (!isLit(albedo)) continue;
-      const glm::vec3 irradiance = directIrradiance(drawn, lights, seen.positionWorld, seen.normal) +
-                                   linkIrradiance(scene, bake, relighter, seen);
-      radiance[i] = kInvPi * albedo * irradiance;
+      const glm::vec3 reflected = albedoAt(scene, hits[i].point(), spread * hits[i].distance);
+      if (!isLit(reflected)) continue;
+      lit.push_back(i);
+      albedo.push_back(reflected);
+      seen.push_back(seenAt(scene, rays[i], hits[i]));
+      position.push_back(seen.back().positionWorld);
+      normal.push_back(seen.back().normal);
+    }
+    std::vector<glm::vec3> irradiance(lit.size());
+    directIrradiance(drawn, lights, position, normal, irradiance);
+    for (std::size_t k = 0; k < lit.size(); ++k)
+      radiance[lit[k]] = kInvPi * albedo[k] * (irradiance[k] + linkIrradiance(scene, bake, relighter, seen[k]));
+  };
+}
+
+PatchRadiance linkPatchRadiance(const RayTracer& drawn, std::span<const SceneLight> lights, const Bake& bake,
+                                const Relighter& relighter) {
+  return [&drawn, lights, &bake, &relighter](std::span<const Ray> rays, std::span<const Hit> hits,
+                                             std::span<glm::vec3> radiance) {
+    const Scene& scene = drawn.scene();
+    std::vector<SeenSurface> seen;
+    std::vector<glm::vec3> albedo, position, normal;
+    for (std::size_t first = 0; first < rays.size(); first += kPatchPoints) {
+      seen.push_back(seenAt(scene, rays[first], hits[first]));
+      albedo.push_back(albedoAt(scene, hits[first].point(), hits[first].distance));
+      if (!isLit(albedo.back())) continue;
+      for (std::size_t i = first; i < first + kPatchPoints; ++i) {
+        position.push_back(rays[i].origin + hits[i].distance * rays[i].direction);
+        normal.push_back(seen.back().normal);
+      }
+    }
+    std::vector<glm::vec3> irradiance(position.size());
+    directIrradiance(drawn, lights, position, normal, irradiance);
+    std::size_t at = 0;
+    for (std::size_t k = 0; k < seen.size(); ++k) {
+      if (!isLit(albedo[k])) continue;
+      glm::vec3 direct(0.0f);
+      for (unsigned p = 0; p < kPatchPoints; ++p) direct += irradiance[at++];
+      radiance[k] = kInvPi * albedo[k] *
+                    (direct / static_cast<float>(kPatchPoints) + linkIrradiance(scene, bake, relighter, seen[k]));
     }
   };
 }
@@ -88,14 +124,15 @@ HitRadiance surfelRadiance(const Scene& scene, const Bake& bake, const Relighter
   std::vector<glm::vec3> radiance = surfelRadiances(bake, relighter);
   const auto emits = [&bake](std::uint32_t s) { return isLit(bake.surfels.emission[s]); };
   return [&scene, emits, &map, other = std::move(other), radiance = std::move(radiance)](
-             std::uint64_t item, std::span<const Ray> rays, std::span<const Hit> hits, std::span<glm::vec3> found) {
+             std::uint64_t item, float spread, std::span<const Ray> rays, std::span<const Hit> hits,
+             std::span<glm::vec3> found) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (!hits[i]) continue;
       const std::uint32_t s = surfelAt(scene, map, hits[i]);
       if (s != kNone && !emits(s))
         found[i] = radiance[s];
       else
-        other(item, rays.subspan(i, 1), hits.subspan(i, 1), found.subspan(i, 1));
+        other(item, spread, rays.subspan(i, 1), hits.subspan(i, 1), found.subspan(i, 1));
     }
   };
 }

@@ -4,6 +4,7 @@
 
 #include "bake/preview/hit_radiance.h"
 #include "bake/preview/leaf_records.h"
+#include "bake/preview/surface_cells.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/surfels/surfels.h"
 #include "relume/bake_data.h"
@@ -18,6 +19,10 @@ namespace relume {
 // all other light from the relit light map or grid. `drawn` casts the shadows. All are kept by reference.
 HitRadiance linkRadiance(const RayTracer& drawn, std::span<const SceneLight> lights, const Bake& bake,
                          const Relighter& relighter);
+
+// The same of patches: direct light at each of their points, all else at one of them.
+PatchRadiance linkPatchRadiance(const RayTracer& drawn, std::span<const SceneLight> lights, const Bake& bake,
+                                const Relighter& relighter);
 
 // Which surfel of a bake stands for a hit: the baker's map, which a bake does not keep, made anew as if all sides of
 // all surfaces were seen.

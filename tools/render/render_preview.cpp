@@ -2,6 +2,7 @@
 // See render_preview.h.
 #include "tools/render/render_preview.h"
 
+#include "bake/preview/surface_cells.h"
 #include "bake/reference/emitters.h"
 #include "tools/render/hemispheres_gl.h"
 #include "tools/render/hit_light.h"
@@ -95,7 +96,7 @@ Result<RenderedFrame> renderPreviewFrame(const RayTracer& transport, const RayTr
   Relit relit;
   std::optional<EmittingTriangles> emitters;
   std::optional<SurfelMap> surfels;
-  HitRadiance reflected;
+  HitRadiance reflected, exact;
   if (request.source == PreviewSource::direct || asked.bake == nullptr) {
     if (asked.drawsEmission()) emitters.emplace(scene, RayGeometry::fixed);
     reflected = directRadiance(transport, drawn, asked.lights, emitters ? &*emitters : nullptr, asked.sky,
@@ -106,11 +107,15 @@ Result<RenderedFrame> renderPreviewFrame(const RayTracer& transport, const RayTr
     if (context.cancelled()) return cancelledError();
     if (!done) return done.error();
     relit = std::move(*done);
-    reflected = linkRadiance(drawn, asked.lights, *asked.bake, *relit.all);
+    exact = linkRadiance(drawn, asked.lights, *asked.bake, *relit.all);
     if (request.source == PreviewSource::surfels) {
       surfels.emplace(mapSurfels(scene, *asked.bake, context));
       if (context.cancelled()) return cancelledError();
-      reflected = surfelRadiance(scene, *asked.bake, *relit.all, *surfels, std::move(reflected));
+      exact = reflected = surfelRadiance(scene, *asked.bake, *relit.all, *surfels, std::move(exact));
+    } else {
+      reflected = cellRadiance(transport, exact, linkPatchRadiance(drawn, asked.lights, *asked.bake, *relit.all),
+                               request.options.seed, context);
+      if (context.cancelled()) return cancelledError();
     }
   }
   report.relightSeconds = watch.lap();
@@ -133,10 +138,10 @@ Result<RenderedFrame> renderPreviewFrame(const RayTracer& transport, const RayTr
 
   // 2. Records and the picture
   std::vector<Record> cache;
-  auto preview = renderPreview(
-      {transport, drawn, asked.camera, asked.lights, asked.drawsEmission(), asked.sky,
-       request.drawn ? &hemispheres.draw : nullptr, splats.drawer.get(), request.splatted ? &splats.mirrors : nullptr},
-      reflected, optionsOf(request), cache, context);
+  auto preview = renderPreview({transport, drawn, asked.camera, asked.lights, asked.drawsEmission(), asked.sky,
+                                request.drawn ? &hemispheres.draw : nullptr, splats.drawer.get(),
+                                request.splatted ? &splats.mirrors : nullptr, exact ? &exact : nullptr},
+                               reflected, optionsOf(request), cache, context);
   if (!preview) return preview.error();
   report.records = preview->records;
   report.glossyRecords = preview->glossyRecords;
