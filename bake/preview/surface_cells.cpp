@@ -30,7 +30,7 @@ constexpr unsigned kSlots = 1u << 21;              // of cells that are kept; th
 constexpr unsigned kProbes = 8;                    // slots that a cell may lie in
 constexpr float kWidest = 1.41421356f;             // of a cell, in widths of the ray
 constexpr unsigned kLooks = 2;                     // rays up from a cell, to see whether anything stands close
-constexpr unsigned kLookFrom[kLooks] = {0, 3};     // points: two that lie across from each other
+constexpr unsigned kLookFrom[kLooks] = {0, 2};     // points: two that lie across from each other
 constexpr unsigned kSide = 2;                      // points of a cell along each of its sides
 static_assert(kSide * kSide == kPatchPoints);
 constexpr std::size_t kTrianglesPerChunk = 4096, kRaysAhead = 64;
@@ -314,8 +314,13 @@ class SurfaceCells {
     const glm::vec3 normal = twice > 0.0f ? across * ((hit.back ? -1.0f : 1.0f) / twice) : glm::vec3(0, 0, 1);
     const float width = std::ldexp(grid.width(), a.level);
     RandomStream random(seed_, kCellStage, a.cell.key);
+    // Once around the cell, from any of its quarters.
+    constexpr unsigned kAround[kPatchPoints] = {0, 1, 3, 2};
+    const unsigned turn = random.below(kPatchPoints);
     for (unsigned s = 0; s < kPatchPoints; ++s) {
-      const glm::vec2 jitter = random.uniform2(), b = fromGrid(pointIn(grid, level, a.cell, s, jitter), grid.corner);
+      const glm::vec2 jitter = random.uniform2(),
+                      b = fromGrid(pointIn(grid, level, a.cell, kAround[(s + turn) % kPatchPoints], jitter),
+                                   grid.corner);
       const glm::vec3 position = corners[0] + b.x * (corners[1] - corners[0]) + b.y * (corners[2] - corners[0]);
       rays.push_back({position + width * normal, 0.0f, -normal});
       ends.push_back({width, hit.instance, hit.triangle, b, hit.back});

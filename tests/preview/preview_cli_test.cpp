@@ -8,6 +8,7 @@
 
 #include <glm/geometric.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -70,7 +71,9 @@ TEST_F(PreviewCommand, allSourcesGiveTheSameLightButForBounces) {
   ASSERT_EQ(run({"bake", kLevel, "-o", bake, "--preset", "medium", "--surfels", "8192", "--progress", "none"}).status,
             0);
   const auto meanOf = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> arguments{"--camera", "cam_hall", "--lights", "spot", "--aov", "bounced"};
+    std::vector<std::string> arguments{"--camera", "cam_hall", "--aov", "bounced", "--force"};
+    if (std::find(more.begin(), more.end(), "--lights") == more.end())
+      arguments.insert(arguments.end(), {"--lights", "spot"});
     arguments.insert(arguments.end(), more.begin(), more.end());
     const ProgramResult made = preview(arguments);
     EXPECT_EQ(made.status, 0) << made.err;
@@ -84,6 +87,12 @@ TEST_F(PreviewCommand, allSourcesGiveTheSameLightButForBounces) {
   EXPECT_NEAR(surfels, hits, 0.05 * hits);
   EXPECT_LT(direct, 0.95 * hits);
   EXPECT_GT(direct, 0.3 * hits);
+
+  // Of emitters, hits have points, and surfels what links have.
+  const double points = meanOf({"--lights", "emissive", "--bake", bake}),
+               links = meanOf({"--lights", "emissive", "--bake", bake, "--source", "surfels"});
+  EXPECT_GT(links, 0.0);
+  EXPECT_NEAR(points, links, 0.06 * links);
 }
 
 TEST_F(PreviewCommand, sameBytesAtAnyNumberOfThreads) {

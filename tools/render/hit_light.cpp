@@ -2,14 +2,17 @@
 // See hit_light.h.
 #include "tools/render/hit_light.h"
 
+#include "bake/base/random.h"
 #include "bake/rays/seen_surface.h"
 #include "bake/reference/path_tracer.h"
 #include "bake/surfels/surfel_map.h"
 #include "tools/render/seen_surface.h"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -17,6 +20,7 @@ namespace relume {
 namespace {
 
 constexpr float kInvPi = std::numbers::inv_pi_v<float>;
+constexpr std::uint32_t kHitStage = 0x72637365;  // the random streams' stage, and the next
 
 std::uint32_t surfelAt(const Scene& scene, const SurfelMap& map, const Hit& hit) {
   const std::uint32_t triangle = scene.instances[hit.instance].firstTriangle + hit.triangle;
@@ -25,12 +29,35 @@ std::uint32_t surfelAt(const Scene& scene, const SurfelMap& map, const Hit& hit)
 
 bool isLit(const glm::vec3& c) { return c.x > 0.0f || c.y > 0.0f || c.z > 0.0f; }
 
+// Light over links, without that of emitters where they are drawn.
+glm::vec3 overLinks(const Scene& scene, const Bake& bake, const Relighter& relighter, const DrawnEmitters* emitters,
+                    const SeenSurface& seen) {
+  const glm::vec3 all = linkIrradiance(scene, bake, relighter, seen);
+  if (emitters == nullptr) return all;
+  return glm::max(all - linkIrradiance(scene, bake, emitters->overLinks, seen), glm::vec3(0.0f));
+}
+
+// Mean irradiance by one of the emitters' points for each of some points of a surface.
+glm::vec3 fromEmitters(const DrawnEmitters& by, std::span<const glm::vec3> positions, const SeenSurface& seen,
+                       RandomStream& random, std::vector<float>& chances) {
+  const glm::vec3 off = seen.geometricNormal * by.transport.epsilonAt(positions.front());
+  by.emitters.aim(positions.front() + off, seen.normal, chances);
+  const auto count = static_cast<double>(positions.size());
+  glm::vec3 sum(0.0f);
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const double u = (static_cast<double>(i) + random.uniform()) / count;
+    const EmitterSample point = by.emitters.sample(chances, u, random.uniform2());
+    sum += connectEmitter(by.transport, point, positions[i] + off, seen.normal, seen.geometricNormal).irradiance();
+  }
+  return sum / static_cast<float>(count);
+}
+
 }  // namespace
 
 HitRadiance linkRadiance(const RayTracer& drawn, std::span<const SceneLight> lights, const Bake& bake,
-                         const Relighter& relighter) {
-  return [&drawn, lights, &bake, &relighter](std::uint64_t, float spread, std::span<const Ray> rays,
-                                             std::span<const Hit> hits, std::span<glm::vec3> radiance) {
+                         const Relighter& relighter, const DrawnEmitters* emitters) {
+  return [&drawn, lights, &bake, &relighter, emitters](std::uint64_t item, float spread, std::span<const Ray> rays,
+                                                       std::span<const Hit> hits, std::span<glm::vec3> radiance) {
     const Scene& scene = drawn.scene();
     std::vector<std::size_t> lit;  // rays that end on what reflects
     std::vector<SeenSurface> seen;
@@ -47,15 +74,20 @@ HitRadiance linkRadiance(const RayTracer& drawn, std::span<const SceneLight> lig
     }
     std::vector<glm::vec3> irradiance(lit.size());
     directIrradiance(drawn, lights, position, normal, irradiance);
-    for (std::size_t k = 0; k < lit.size(); ++k)
-      radiance[lit[k]] = kInvPi * albedo[k] * (irradiance[k] + linkIrradiance(scene, bake, relighter, seen[k]));
+    std::vector<float> chances;
+    RandomStream random(emitters != nullptr ? emitters->seed : 0, kHitStage, item);
+    for (std::size_t k = 0; k < lit.size(); ++k) {
+      irradiance[k] += overLinks(scene, bake, relighter, emitters, seen[k]);
+      if (emitters != nullptr) irradiance[k] += fromEmitters(*emitters, {&position[k], 1}, seen[k], random, chances);
+      radiance[lit[k]] = kInvPi * albedo[k] * irradiance[k];
+    }
   };
 }
 
 PatchRadiance linkPatchRadiance(const RayTracer& drawn, std::span<const SceneLight> lights, const Bake& bake,
-                                const Relighter& relighter) {
-  return [&drawn, lights, &bake, &relighter](std::span<const Ray> rays, std::span<const Hit> hits,
-                                             std::span<glm::vec3> radiance) {
+                                const Relighter& relighter, const DrawnEmitters* emitters) {
+  return [&drawn, lights, &bake, &relighter, emitters](std::span<const Ray> rays, std::span<const Hit> hits,
+                                                       std::span<glm::vec3> radiance) {
     const Scene& scene = drawn.scene();
     std::vector<SeenSurface> seen;
     std::vector<glm::vec3> albedo, position, normal;
@@ -70,13 +102,22 @@ PatchRadiance linkPatchRadiance(const RayTracer& drawn, std::span<const SceneLig
     }
     std::vector<glm::vec3> irradiance(position.size());
     directIrradiance(drawn, lights, position, normal, irradiance);
+    std::vector<float> chances;
     std::size_t at = 0;
     for (std::size_t k = 0; k < seen.size(); ++k) {
       if (!isLit(albedo[k])) continue;
-      glm::vec3 direct(0.0f);
-      for (unsigned p = 0; p < kPatchPoints; ++p) direct += irradiance[at++];
-      radiance[k] = kInvPi * albedo[k] *
-                    (direct / static_cast<float>(kPatchPoints) + linkIrradiance(scene, bake, relighter, seen[k]));
+      glm::vec3 sum = overLinks(scene, bake, relighter, emitters, seen[k]);
+      for (unsigned p = 0; p < kPatchPoints; ++p) sum += irradiance[at + p] / float{kPatchPoints};
+      if (emitters != nullptr) {
+        const SurfacePoint& p = seen[k].point;
+        RandomStream random(emitters->seed, kHitStage + 1,
+                            hashCombine(std::uint64_t{p.instance} << 32 | p.triangle,
+                                        std::uint64_t{std::bit_cast<std::uint32_t>(p.barycentric.x)} << 32 |
+                                            std::bit_cast<std::uint32_t>(p.barycentric.y)));
+        sum += fromEmitters(*emitters, std::span(position).subspan(at, kPatchPoints), seen[k], random, chances);
+      }
+      at += kPatchPoints;
+      radiance[k] = kInvPi * albedo[k] * sum;
     }
   };
 }

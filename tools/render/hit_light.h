@@ -6,23 +6,34 @@
 #include "bake/preview/leaf_records.h"
 #include "bake/preview/surface_cells.h"
 #include "bake/rays/ray_tracer.h"
+#include "bake/reference/emitters.h"
 #include "bake/surfels/surfels.h"
 #include "relume/bake_data.h"
 #include "relume/relighter.h"
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
 namespace relume {
 
+// Light of emitters by points drawn on them, in place of what links have of it. All are kept by reference.
+struct DrawnEmitters {
+  const RayTracer& transport;         // that shadows them
+  const EmittingTriangles& emitters;  // not empty
+  const Relighter& overLinks;         // relit by them alone, nothing reflected
+  std::uint64_t seed = 1;
+};
+
 // Reflected radiance albedo / pi (E_direct + E_links) of hits: direct light by a shadow ray for each punctual light,
-// all other light from the relit light map or grid. `drawn` casts the shadows. All are kept by reference.
+// all other light from the relit light map or grid, but for that of emitters where they are drawn. `drawn` casts the
+// shadows. emitters: may be null. All are kept by reference.
 HitRadiance linkRadiance(const RayTracer& drawn, std::span<const SceneLight> lights, const Bake& bake,
-                         const Relighter& relighter);
+                         const Relighter& relighter, const DrawnEmitters* emitters);
 
 // The same of patches: direct light at each of their points, all else at one of them.
 PatchRadiance linkPatchRadiance(const RayTracer& drawn, std::span<const SceneLight> lights, const Bake& bake,
-                                const Relighter& relighter);
+                                const Relighter& relighter, const DrawnEmitters* emitters);
 
 // Which surfel of a bake stands for a hit: the baker's map, which a bake does not keep, made anew as if all sides of
 // all surfaces were seen.

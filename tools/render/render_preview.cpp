@@ -38,6 +38,15 @@ PreviewOptions optionsOf(const PreviewRequest& request) {
   return options;
 }
 
+// The same, lit by emitters alone and straight: of those, the first frame has nothing else.
+RenderRequest emittersOf(const RenderRequest& request) {
+  RenderRequest emitters = request;
+  emitters.lights.clear();
+  emitters.sky = Sky{};
+  emitters.bounces = 1;
+  return emitters;
+}
+
 // What draws records' surroundings.
 Result<GlHemispheres> makeDrawer(const Scene& scene, const PreviewRequest& request) {
   const RenderRequest& frame = request.frame;
@@ -93,8 +102,9 @@ Result<RenderedFrame> renderPreviewFrame(const RayTracer& transport, const RayTr
   Stopwatch watch;
 
   // 1. What records' rays find
-  Relit relit;
+  Relit relit, straight;
   std::optional<EmittingTriangles> emitters;
+  std::optional<DrawnEmitters> drawnEmitters;
   std::optional<SurfelMap> surfels;
   HitRadiance reflected, exact;
   if (request.source == PreviewSource::direct || asked.bake == nullptr) {
@@ -107,14 +117,24 @@ Result<RenderedFrame> renderPreviewFrame(const RayTracer& transport, const RayTr
     if (context.cancelled()) return cancelledError();
     if (!done) return done.error();
     relit = std::move(*done);
-    exact = linkRadiance(drawn, asked.lights, *asked.bake, *relit.all);
+    if (asked.drawsEmission() && request.source == PreviewSource::hits) emitters.emplace(scene, RayGeometry::fixed);
+    if (emitters && !emitters->empty()) {
+      auto emitted = relightByRays(drawn, emittersOf(asked), context);
+      if (context.cancelled()) return cancelledError();
+      if (!emitted) return emitted.error();
+      straight = std::move(*emitted);
+      drawnEmitters.emplace(DrawnEmitters{transport, *emitters, *straight.all, request.options.seed});
+    }
+    const DrawnEmitters* const byPoints = drawnEmitters ? &*drawnEmitters : nullptr;
+    exact = linkRadiance(drawn, asked.lights, *asked.bake, *relit.all, byPoints);
     if (request.source == PreviewSource::surfels) {
       surfels.emplace(mapSurfels(scene, *asked.bake, context));
       if (context.cancelled()) return cancelledError();
       exact = reflected = surfelRadiance(scene, *asked.bake, *relit.all, *surfels, std::move(exact));
     } else {
-      reflected = cellRadiance(transport, exact, linkPatchRadiance(drawn, asked.lights, *asked.bake, *relit.all),
-                               request.options.seed, context);
+      reflected =
+          cellRadiance(transport, exact, linkPatchRadiance(drawn, asked.lights, *asked.bake, *relit.all, byPoints),
+                       request.options.seed, context);
       if (context.cancelled()) return cancelledError();
     }
   }
