@@ -28,8 +28,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr float kCoarsest = 1.0f;  // accuracy of the first picture under a time limit
-constexpr float kFarthest = 4.0f;  // times the accuracy up to which records reach out for pixels that have none
+constexpr float kLeastAccuracy = 0.02f;
+constexpr std::uint32_t kMostRays = 65536;
+constexpr float kCoarsest = 1.0f;      // accuracy of the first picture under a time limit
+constexpr float kFarthest = 4.0f;      // times the accuracy up to which records reach out for pixels that have none
+constexpr float kFiner = 2.0f / 3.0f;  // times the accuracy where few records do
 constexpr float kGrowth = 1.41421356f;
 
 double secondsSince(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
@@ -50,10 +53,11 @@ Status checkPreviewOptions(const PreviewOptions& o) {
   };
   for (const Status& ok :
        {check("width", o.width, 1, 16384, "1..16384"), check("height", o.height, 1, 16384, "1..16384"),
-        check("samples", o.samples, 1, 16, "1..16"), check("accuracy", o.accuracy, 0.0199999, 2, "0.02..2"),
+        check("samples", o.samples, 1, 16, "1..16"),
+        check("accuracy", o.accuracy, kLeastAccuracy - 1e-7f, 2, "0.02..2"),
         check("min reach", o.minPixels, 0, 64, "0..64 pixels"),
         check("contrast", o.contrast, 0.000999, 10, "0.001..10"), check("rounds", o.rounds, 0, 16, "0..16"),
-        check("rays", o.rays, 16, 65536, "16..65536"), check("plane side", o.planeSide, 2, 256, "2..256"),
+        check("rays", o.rays, 16, kMostRays, "16..65536"), check("plane side", o.planeSide, 2, 256, "2..256"),
         check("field of view of the plane", o.planeFovDeg, 10, 175, "10..175 degrees"),
         check("records", o.maxRecords, 1, 1e7, "1..10000000"), check("emitter rays", o.emitterRays, 1, 1024, "1..1024"),
         check("time limit", o.timeLimitSeconds, 0, 1e9, "at least 0 seconds"),
@@ -75,10 +79,20 @@ std::vector<float> accuraciesOf(const PreviewOptions& options) {
   return list;
 }
 
-// Place records; returns how they are read.
-Interpolation place(const RecordGatherer& gatherer, const CameraRays& camera, std::span<const PixelReceiver> receivers,
-                    const DrawHemispheres* draw, const RecordKeeper* keeper, const PreviewOptions& options,
-                    std::vector<Record>& cache, PreviewFrame& frame, Context& context) {
+// What takes the time that a simple picture leaves: more records of more rays.
+PreviewOptions finerThan(const PreviewOptions& options) {
+  PreviewOptions finer = options;
+  finer.fewRecords = 0;
+  finer.accuracy = std::max(kLeastAccuracy, kFiner * options.accuracy);
+  finer.rays = std::min(kMostRays, options.rays * 16 / 9);
+  return finer;
+}
+
+// Place records; returns how they are read, or nothing where the picture is simple.
+std::optional<Interpolation> place(const RecordGatherer& gatherer, const CameraRays& camera,
+                                   std::span<const PixelReceiver> receivers, const DrawHemispheres* draw,
+                                   const RecordKeeper* keeper, const PreviewOptions& options,
+                                   std::vector<Record>& cache, PreviewFrame& frame, Context& context) {
   const Clock::time_point begin = Clock::now();
   PlacementOptions placement;
   placement.order = options.order;
@@ -98,6 +112,8 @@ Interpolation place(const RecordGatherer& gatherer, const CameraRays& camera, st
     const bool first = reached.accuracy == 0.0f;
     if (first) frame.firstSeconds = secondsSince(begin);
     if (outcome == Placement::complete || first) reached = placement.interpolation;
+    if (cache.size() < options.fewRecords && accuracy == options.accuracy && outcome == Placement::complete)
+      return std::nullopt;
     // Contradictions are settled at the accuracy that is asked for: on the way there others are in a hurry.
     const int rounds = accuracy == options.accuracy ? options.rounds : 0;
     for (int round = 0; round < rounds && outcome == Placement::complete && !context.cancelled(); ++round) {
@@ -249,13 +265,14 @@ void placeMirrors(const RecordGatherer& gatherer, const CameraRays& camera, cons
   const int order = options.glossyOrder > 0 ? options.glossyOrder : hshOrderOf(sharpest);
   PreviewOptions printed = options;
   printed.rounds = 0;
+  printed.fewRecords = 0;
   const float farthest = options.timeLimitSeconds > 0.0f ? std::max(kCoarsest, options.accuracy) : options.accuracy;
   mirrors.lobes.emplace(order, LobeKind::mean, context);
   mirrors.radiance.emplace(gatherer.cells(), *mirrors.lobes, farthest, options.reach);
   const RecordKeeper keeper = mirrors.radiance->keeper(exponents);
   PreviewFrame timed;
   mirrors.interpolation =
-      place(gatherer, camera, mirrors.receivers, draw, &keeper, printed, mirrors.records, timed, context);
+      *place(gatherer, camera, mirrors.receivers, draw, &keeper, printed, mirrors.records, timed, context);
   mirrors.tiles.emplace(camera, mirrors.records, mirrors.interpolation);
   frame.glossyRecords = static_cast<std::uint32_t>(mirrors.records.size());
   frame.recordSeconds += timed.recordSeconds;
@@ -348,12 +365,26 @@ Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance&
   }
 
   // 2. to 4. Records wherever there are none
-  const RecordGatherer gatherer(scene.transport, reflected, scene.sky, gatherOptions(options));
-  const Interpolation interpolation = place(gatherer, camera, lit, scene.draw, nullptr, options, cache, frame, context);
-  if (mirrors && !context.cancelled()) placeMirrors(gatherer, camera, scene.draw, options, *mirrors, frame, context);
+  std::optional<RecordGatherer> gatherer(std::in_place, scene.transport, reflected, scene.sky, gatherOptions(options));
+  std::uint64_t raysBefore = 0;
+  std::optional<Interpolation> placed =
+      place(*gatherer, camera, lit, scene.draw, nullptr, options, cache, frame, context);
+  if (!placed) {
+    // Records of before are of this picture's accuracy as well, and would stay as they are.
+    raysBefore = gatherer->raysTraced();
+    const double first = frame.firstSeconds;
+    const PreviewOptions finer = finerThan(options);
+    gatherer.emplace(scene.transport, reflected, scene.sky, gatherOptions(finer));
+    cache.clear();
+    placed = place(*gatherer, camera, lit, scene.draw, nullptr, finer, cache, frame, context);
+    frame.recordSeconds += first;
+    frame.firstSeconds = first;
+  }
+  const Interpolation interpolation = *placed;
+  if (mirrors && !context.cancelled()) placeMirrors(*gatherer, camera, scene.draw, options, *mirrors, frame, context);
   if (context.cancelled()) return cancelledError();
   frame.records = static_cast<std::uint32_t>(cache.size());
-  frame.rays = gatherer.raysTraced();
+  frame.rays = raysBefore + gatherer->raysTraced();
 
   // 5. All records on all pixels, and direct light
   const Clock::time_point splatBegin = Clock::now();
@@ -380,7 +411,7 @@ Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance&
               mirrored ? &*mirrored : nullptr},
              frame, context);
   if (context.cancelled()) return cancelledError();
-  warn(gatherer, frame, scene.transport.scene(), context);
+  warn(*gatherer, frame, scene.transport.scene(), context);
   context.figure("records", frame.records);
   return frame;
 }

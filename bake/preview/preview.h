@@ -29,6 +29,7 @@ struct PreviewOptions {
   std::uint32_t samples = 4;                // [1..16] sub-pixels along a side, box filter
   float accuracy = 0.15f;                   // [0.02..2] a of RCS: 0.15 and 0.1 in the paper, 0.5 while moving
   std::uint32_t rays = 1024;                // [16..65536] a record casts
+  std::uint32_t fewRecords = 0;             // where fewer do, 16/9 of `rays` and two thirds of `accuracy`; 0 = never
   float contrast = 0.1f;  // [0.001..10] by how much of its light records may differ at a pixel (adapt_reach.h)
   int rounds = 6;         // [0..16] in which those that differ by more are replaced; 0 = never, the paper's way
   RecordWeight weight = RecordWeight::smooth;
@@ -78,7 +79,7 @@ struct PreviewFrame {
   std::vector<glm::vec3> position, normal;  // at the pixel's centre, the normal toward the viewer; 0 where nothing is
   std::vector<float> depth;                 // [m] along the viewing axis
 
-  float accuracy = 0.0f;            // that was reached: what was asked for, or more with a time limit
+  float accuracy = 0.0f;            // that was reached: what was asked for, more with a time limit, or finer
   std::uint32_t records = 0;        // in the cache, those of before included
   std::uint32_t glossyRecords = 0;  // radiance records, of this frame alone
   std::uint64_t rays = 0;           // that records cast

@@ -127,6 +127,24 @@ TEST(Preview, aConstantSkyLightsAnOpenPlaneByItsRadiance) {
   EXPECT_EQ(frame.extended, 0u);
 }
 
+TEST(Preview, simplePicturesGetFinerRecords) {
+  const FurnishedRoom room;
+  PreviewOptions options = smallPicture();
+  const PreviewFrame coarse = preview(room.scene, room.asked, options);
+  options.fewRecords = coarse.records / 2;
+  EXPECT_EQ(preview(room.scene, room.asked, options).bounced, coarse.bounced);
+  options.fewRecords = 2 * coarse.records;
+  const PreviewFrame fine = preview(room.scene, room.asked, options);
+  EXPECT_NEAR(fine.accuracy, 0.1f, 1e-6f);
+  EXPECT_GT(fine.records, coarse.records);
+  EXPECT_GT(fine.rays, 400ull * fine.records) << "16/9 of 256 rays for each record, in strata of 4 x 4";
+  // The same picture as if that had been asked for.
+  options = smallPicture();
+  options.accuracy = fine.accuracy;
+  options.rays = 455;
+  EXPECT_EQ(preview(room.scene, room.asked, options).bounced, fine.bounced);
+}
+
 // Each record was gathered at a pixel's centre, and has a weight there.
 TEST(Preview, pixelsKnowWhichOfThemHaveARecord) {
   const FurnishedRoom room;
