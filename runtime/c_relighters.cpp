@@ -57,6 +57,7 @@ relume_status relume_relighter_create(relume_bake* bake, const relume_relighter_
     if (read.grid_trust != 0.0f) options.gridTrust = read.grid_trust;
     if (read.grid_texture_bytes != 0) options.gridTextureBytes = read.grid_texture_bytes;
     options.movingParts = read.moving_parts;
+    if (read.moving_lag != 0) options.movingLag = read.moving_lag;
     options.parallelFor = parallelForOf(*bake->host);
     if (read.visibility_glsl != nullptr) options.visibilityGlsl = read.visibility_glsl;
     if (read.get_proc_address != nullptr) {

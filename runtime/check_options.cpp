@@ -6,8 +6,10 @@
 #include "formats/sh.h"
 #include "formats/validate.h"
 #include "runtime/backend.h"
+#include "runtime/shared/look_turns.h"
 #include "runtime/shared/usage_error.h"
 
+#include <bit>
 #include <string>
 #include <utility>
 
@@ -64,6 +66,9 @@ Result<CheckedOptions> checkOptions(const Bake& bake, const RelightOptions& opti
   if (options.movingParts > kMaxMovingParts)
     return usageError("movingParts is " + std::to_string(options.movingParts) + ", expected 0 to " +
                       std::to_string(kMaxMovingParts));
+  if (!std::has_single_bit(options.movingLag) || options.movingLag > kMaxMovingLag)
+    return usageError("movingLag is " + std::to_string(options.movingLag) + ", expected a power of two up to " +
+                      std::to_string(kMaxMovingLag));
   if (options.movingParts > 0 && !kHasMovingParts)
     return Error{ErrorCode::unsupported, "movingParts is " + std::to_string(options.movingParts) +
                                              ", expected 0: builds for WebAssembly have no moving parts"};

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // What moving parts hide of the links of each cache, and what they give in its place: OccludeLinks of
 // runtime/cpu/occlude_links.h, which says how and which a test compares. The change is one cone of light a cache, which
-// light_caches.comp adds to its sums. A work group of RELUME_THREADS lists those of its RELUME_CACHES caches that are near
-// a part, then cuts the links of each into RELUME_LANES shares, which its threads take in turn. RELUME_LINK_KIND:
+// light_caches.comp adds to its sums, in this frame and until the cache's next turn. A work group of RELUME_THREADS lists
+// those of its RELUME_CACHES caches that are near a part and have their turn, then cuts the links of each into RELUME_LANES
+// shares, which its threads take in turn. RELUME_LINK_KIND:
 // lib/link_sums.glsl.
 #include "shared/layout.h"
 #include "lib/pack.glsl"
@@ -44,6 +45,7 @@ const float kFarSolidAngle = 0.06, kRays = 8.0, kSenderEnd = 0.999;
 const uint kMostRays = 8u, kFarRays = 4u;
 const vec3 kFarDisc[4] = vec3[4](vec3(1.0, 0.0, 0.354), vec3(-0.737, 0.675, 0.612), vec3(0.087, -0.996, 0.791),
                                  vec3(0.608, 0.794, 0.935));
+const float kCoveredEachFrame = 0.5;  // runtime/shared/look_turns.h
 // At most kMaxMovingParts parts, 32 a word.
 const uint kPartWords = 8u;
 
@@ -52,7 +54,7 @@ vec3 place, cacheNormal;
 bool onMap;
 uint nearPart[kPartWords];
 uint nearCount, lastNear;
-float nearWeight, rayDensity;
+float nearWeight, rayDensity, covered;
 bool isFar;
 
 // The directions toward the sphere around a part.
@@ -75,6 +77,7 @@ bool isAround(uint number) {
 bool findNear() {
   nearCount = 0u;
   nearWeight = 1.0;
+  covered = 0.0;
   float smallest = 1.0;
   for (uint w = 0u; w < kPartWords; ++w) nearPart[w] = 0u;
   for (uint i = 0u; i < relumePartCount; ++i) {
@@ -85,18 +88,26 @@ bool findNear() {
       if (dot(cacheNormal, offset) <= -radius) continue;
     } else {
       // What reads the grid so near to a part is mostly the part itself.
+      if (d2 <= kOwnSpace.x * kOwnSpace.x * r2) continue;
       float own = sqrt(d2 / r2) - kOwnSpace.x;
-      if (own <= 0.0) continue;
       nearWeight = min(nearWeight, own / (kOwnSpace.y - kOwnSpace.x));
     }
     nearPart[i >> 5] |= 1u << (i & 31u);
     lastNear = i;
     ++nearCount;
     smallest = min(smallest, r2 / d2);
+    covered += r2 < d2 ? r2 / d2 : 1.0;
   }
   rayDensity = kRays / (kPi * smallest);
   isFar = nearCount == 1u && smallest < kFarSolidAngle / kPi;
   return nearCount > 0u;
+}
+
+// isTurnOf() of runtime/shared/look_turns.h.
+bool isTurnOf(uint cache) {
+  uint period = 1u;
+  while (period < relumeLag && 2.0 * float(period) * covered <= kCoveredEachFrame) period *= 2u;
+  return ((((cache * 0x9E3779B9u) >> 26) + relumeFrame) & (period - 1u)) == 0u;
 }
 
 // A place on a sender: [m], of the sky a unit direction.
@@ -321,10 +332,14 @@ bool isToward(Link link, out float share) {
   return false;
 }
 
-// Of the group, the caches that are near, and what each share of their links changes.
+// Of the group, the caches that are looked at, and what each share of their links changes: most is the luma that is
+// hidden of one sender, and its number.
 shared uint nearCaches;
 shared uint nearCache[RELUME_CACHES];
 shared vec4 partial[RELUME_CACHES][RELUME_LANES][2];
+shared vec2 partialMost[RELUME_CACHES][RELUME_LANES];
+
+float lumaOf(uint sender) { return relumeRgbToYCoCg(relumeUnpackColor(node[sender])).x; }
 
 void placeAt(uint cache) {
   uint at = relumePlaces + 6u * cache;
@@ -335,8 +350,9 @@ void placeAt(uint cache) {
 
 // What the links `first`, `first` + RELUME_LANES .. of a cache lose and gain. color: RGB, transfer; direction: times
 // transfer, and transfer that the sphere covers of senders before a far part, times the share of it that the part fills.
-void changeOf(uint cache, uint first, out vec4 color, out vec4 direction) {
+void changeOf(uint cache, uint first, out vec4 color, out vec4 direction, out vec2 most) {
   color = direction = vec4(0.0);
+  most = vec2(0.0);
   float distance_ = 0.0;
   Hidden far = Hidden(0.0, vec3(0.0), vec3(0.0));
   Cone cone = coneToward(lastNear);
@@ -373,7 +389,10 @@ void changeOf(uint cache, uint first, out vec4 color, out vec4 direction) {
         hidden = look(link.sender, clamp(uint(wanted), 1u, min(points, kMostRays)));
         if (hidden.share == 0.0) continue;
       }
-      color.rgb += link.transfer * (hidden.radiosity - hidden.share * relumeUnpackColor(node[link.sender]));
+      vec3 taken = link.transfer * hidden.share * relumeUnpackColor(node[link.sender]);
+      color.rgb += link.transfer * hidden.radiosity - taken;
+      float luma = relumeRgbToYCoCg(taken).x;
+      if (luma >= most.x) most = vec2(luma, float(link.sender));
       color.w += link.transfer * hidden.share;
       direction.xyz += link.transfer * hidden.direction;
     }
@@ -389,8 +408,11 @@ void main() {
     uint cache = first + i;
     if (cache >= relumeEndCache) break;
     placeAt(cache);
-    if (findNear()) nearCache[atomicAdd(nearCaches, 1u)] = cache;
-    else movingLight[2u * cache] = vec4(0.0);
+    if (!findNear()) {
+      movingLight[2u * cache + 1u].w = RELUME_CHANGE_NOT_NEAR;
+    } else if (relumeFrame == 0u || isTurnOf(cache) || movingLight[2u * cache + 1u].w == RELUME_CHANGE_NOT_NEAR) {
+      nearCache[atomicAdd(nearCaches, 1u)] = cache;
+    }
   }
   barrier();
   uint tasks = nearCaches * uint(RELUME_LANES);
@@ -398,19 +420,21 @@ void main() {
     uint row = task / uint(RELUME_LANES), lane = task % uint(RELUME_LANES), cache = nearCache[row];
     placeAt(cache);
     findNear();
-    changeOf(cache, lane, partial[row][lane][0], partial[row][lane][1]);
+    changeOf(cache, lane, partial[row][lane][0], partial[row][lane][1], partialMost[row][lane]);
   }
   barrier();
   for (uint row = thread; row < nearCaches; row += uint(RELUME_THREADS)) {
     vec4 color = vec4(0.0), direction = vec4(0.0);
+    vec2 most = vec2(0.0);
     for (uint lane = 0u; lane < uint(RELUME_LANES); ++lane) {
       color += partial[row][lane][0];
       direction += partial[row][lane][1];
+      if (partialMost[row][lane].x >= most.x) most = partialMost[row][lane];
     }
     uint cache = nearCache[row];
     // Cones are wider than their senders: a far part most of which is hidden is left out.
     bool changes = color.w > direction.w;
-    movingLight[2u * cache] = changes ? vec4(relumeRgbToYCoCg(color.rgb), color.w) : vec4(0.0);
-    movingLight[2u * cache + 1u] = vec4(direction.xyz, 0.0);
+    if (changes) movingLight[2u * cache] = vec4(relumeRgbToYCoCg(color.rgb), lumaOf(uint(most.y)));
+    movingLight[2u * cache + 1u] = changes ? vec4(direction.xyz / color.w, most.y) : vec4(vec3(0.0), RELUME_CHANGE_NONE);
   }
 }

@@ -34,8 +34,7 @@ CpuBackend::CpuBackend(const Bake& bake, const BackendRequest& request, Simd sim
       light_(request.bands, bake.caches.count(), bake.caches.firstMapCache(), request.memory),
       grid_(std::move(texture), request.memory) {
   if (kHasMovingParts && request.options.movingParts > 0)
-    moving_ =
-        makeOwned<Moving>(request.memory, bake, caches_, links_, simd, request.options.movingParts, request.memory);
+    moving_ = makeOwned<Moving>(request.memory, bake, caches_, links_, request, simd);
   grid_.fill(light(), parallelFor_);
 }
 
@@ -47,6 +46,7 @@ void CpuBackend::relight(const LightSetup& setup) {
   const auto placing = Clock::now();
   // What the parts reflect of last frame's light, before that is gone.
   const bool hasParts = kHasMovingParts && !setup.movingParts.empty();
+  if (kHasMovingParts && moving_) moving_->occluders.begin(hasParts);
   if (hasParts) {
     const CacheLight last = light();
     moving_->parts.place(setup, caches_, lit_ ? &last : nullptr, parallelFor_);
@@ -64,11 +64,20 @@ void CpuBackend::relight(const LightSetup& setup) {
   const auto surfels = Clock::now();
   tree_.pull(surfelsKernel_, node_, parallelFor_);
   const auto pulled = Clock::now();
+  const auto look = [&](std::uint32_t begin, std::uint32_t end) {
+    moving_->occluders.look(moving_->parts, node_, begin, end);
+  };
   const auto finish = [&](std::uint32_t begin, std::uint32_t end) {
-    if (hasParts) moving_->occluders.occlude(moving_->parts, node_, begin, end, light_);
     bounce_.colorCaches(surfelsKernel_, light_, begin, end);
   };
-  lightCaches(cachesKernel_, links_, node_, light_, parallelFor_, std::cref(finish));
+  CacheSteps steps;
+  steps.afterwards = std::cref(finish);
+  if (hasParts) {
+    steps.before = std::cref(look);
+    steps.change = &moving_->occluders.change();
+    steps.changeScale = moving_->occluders.scale().data();
+  }
+  lightCaches(cachesKernel_, links_, node_, light_, parallelFor_, steps);
   const auto caches = Clock::now();
   grid_.fill(light(), parallelFor_);
   lit_ = true;
@@ -77,6 +86,7 @@ void CpuBackend::relight(const LightSetup& setup) {
 
 void CpuBackend::reset() {
   lit_ = false;
+  if (kHasMovingParts && moving_) moving_->occluders.forget();
   light_.clear();
   grid_.fill(light(), parallelFor_);
 }

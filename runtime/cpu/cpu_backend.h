@@ -46,9 +46,9 @@ class CpuBackend final : public Backend {
  private:
   // What RelightOptions::movingParts needs.
   struct Moving {
-    Moving(const Bake& bake, const Caches& caches, const LinkSet& links, Simd simd, std::uint32_t most,
-           std::pmr::memory_resource* memory)
-        : parts(most, memory), occluders(bake, caches, links, simd, memory) {}
+    Moving(const Bake& bake, const Caches& caches, const LinkSet& links, const BackendRequest& request, Simd simd)
+        : parts(request.options.movingParts, request.memory),
+          occluders(bake, caches, links, request.bands, request.options.movingLag, simd, request.memory) {}
 
     PlacedParts parts;
     OccludeLinks occluders;

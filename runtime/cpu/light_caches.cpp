@@ -66,8 +66,7 @@ LightCachesKernel lightCachesKernel(Simd simd) {
 }
 
 void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const std::uint32_t> node,
-                 StoredLight& light, const ParallelFor& parallelFor,
-                 const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards) {
+                 StoredLight& light, const ParallelFor& parallelFor, const CacheSteps& steps) {
   const CacheBands& bands = light.bands();
   LightCachesJob grid{links.rows()};
   grid.node = node.data();
@@ -78,20 +77,26 @@ void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const
   map.lumaBands = bands.onMap(bands.lumaBands);
   map.chromaBands = bands.onMap(bands.chromaBands);
   map.light = light.mapRows();
+  if (steps.change != nullptr) {
+    grid.change = steps.change->gridRows();
+    map.change = steps.change->mapRows();
+    grid.changeScale = map.changeScale = steps.changeScale;
+  }
   const auto gridScale = makeConeScale(grid.lumaBands, grid.chromaBands),
              mapScale = makeConeScale(map.lumaBands, map.chromaBands);
   grid.coneScale = gridScale.data();
   map.coneScale = mapScale.data();
   if (links.count() == 0) {
     light.clear();
-    if (afterwards) afterwards(0, links.cacheCount());
+    if (steps.afterwards) steps.afterwards(0, links.cacheCount());
     return;
   }
   forChunks(parallelFor, links.cacheCount(), kCachesAtOnce, [&](std::uint32_t begin, std::uint32_t end) {
+    if (steps.before) steps.before(begin, end);
     const std::uint32_t cut = std::clamp(light.firstMapCache(), begin, end);
     if (begin < cut) kernel(grid, begin, cut);
     if (cut < end) kernel(map, cut, end);
-    if (afterwards) afterwards(begin, end);
+    if (steps.afterwards) steps.afterwards(begin, end);
   });
 }
 

@@ -19,10 +19,16 @@ using LightCachesKernel = void (*)(const LightCachesJob& job, std::uint32_t begi
 // The kernel for an instruction set; null when this processor, or this build, lacks it.
 LightCachesKernel lightCachesKernel(Simd simd);
 
+// What happens to a range of caches around its lighting, on the thread that lights it. Both may be empty.
+struct CacheSteps {
+  std::function<void(std::uint32_t begin, std::uint32_t end)> before, afterwards;
+  // What `before` has left of moving parts (LightCachesJob::change, changeScale): of as many caches; null = nothing.
+  const StoredLight* change = nullptr;
+  const float* changeScale = nullptr;
+};
+
 // Lights all caches. `node`: radiosity (runtime/shared/pack_color.h). `light` has as many caches as the links.
-// afterwards(begin, end) runs on the thread that has just lit these caches, until all are through. May be empty.
 void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const std::uint32_t> node,
-                 StoredLight& light, const ParallelFor& parallelFor,
-                 const std::function<void(std::uint32_t begin, std::uint32_t end)>& afterwards = {});
+                 StoredLight& light, const ParallelFor& parallelFor, const CacheSteps& steps = {});
 
 }  // namespace relume::cpu

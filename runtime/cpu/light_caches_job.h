@@ -15,6 +15,8 @@ struct LightCachesJob : LinkRows {
   const std::uint32_t* node = nullptr;  // radiosity of each node (runtime/shared/pack_color.h)
   int lumaBands = 1, chromaBands = 1;
   const float* coneScale = nullptr;    // factor on each sum over cones, in the order of the coefficients
+  LightRows change{};                  // what moving parts change of each cache's light, times changeScale
+  const float* changeScale = nullptr;  // [Size caches] 0 = they change nothing; null = nothing moves
   LightRowsOf<std::uint16_t> light{};  // out
 };
 

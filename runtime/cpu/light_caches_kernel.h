@@ -18,6 +18,19 @@ ConeRow coneRow(int luma, int chroma) {
   return summed ? summed : kConeRow<Links>[luma - 1];
 }
 
+// Add what moving parts change to a cache's coefficients. [Size c >= count, rounded up to whole vectors]
+inline void addChange(const LightCachesJob& job, std::uint32_t cache, int count, float* c) {
+  const float scale = job.changeScale[cache];
+  if (scale == 0.0f) return;
+  const std::uint16_t* row = rowOf(job.change, cache);
+  const float unit = scale * unitOf(row);
+  for (int i = 0; i < count; i += kLanes) {
+    const Ints isOfRow = laneNumbers<Ints>() + i < count;
+    const Floats each = unit * loadWords<kLanes>(row + 1 + i);
+    store(c + i, load<Floats>(c + i) + asFloats(asInts(each) & isOfRow));
+  }
+}
+
 inline void lightCachesOf(const LightCachesJob& job, std::uint32_t begin, std::uint32_t end) {
   const auto pick = job.kind == kCone            ? coneRow<PlainLinks>
                     : job.kind == kOct6          ? coneRow<Oct6Links>
@@ -46,6 +59,10 @@ inline void lightCachesOf(const LightCachesJob& job, std::uint32_t begin, std::u
       } else {
         row(job, cache, to);
       }
+    }
+    if (job.changeScale != nullptr) {
+      for (std::uint32_t cache = first; cache < last; ++cache)
+        addChange(job, cache, count, lit + static_cast<std::uint32_t>(stride) * (cache - first));
     }
     to = lit;
     for (std::uint32_t cache = first; cache < last; ++cache, to += stride)

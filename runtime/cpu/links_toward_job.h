@@ -18,10 +18,9 @@ struct LinkCone {
 // Links of a row that are looked at together.
 constexpr std::uint32_t kTowardLinks = 512;
 
-// One kernel an instruction set, for links with a direction (kinds cone and oct6): writes the share of link begin + i
-// that the other cone covers, 0 or less where they are apart, and sets bit i % 64 of toward[i / 64] where they are not,
-// or nearly not. [count <= kTowardLinks] [Size
-// share = kTowardLinks]
+// One kernel an instruction set, for links with a direction (kinds cone and oct6): sets bit i % 64 of toward[i / 64]
+// where link begin + i and the other cone are not apart, or nearly not, and writes the share of it that the other
+// covers, which may be 0 or less. [count <= kTowardLinks] [Size share = kTowardLinks]
 void linksTowardBaseline(const LightCachesJob& job, const LinkCone& cone, std::uint32_t begin, std::uint32_t count,
                          float* share, std::uint64_t* toward);
 void linksTowardAvx2(const LightCachesJob& job, const LinkCone& cone, std::uint32_t begin, std::uint32_t count,

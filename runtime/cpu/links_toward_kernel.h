@@ -31,18 +31,19 @@ void linksTowardRow(const LightCachesJob& job, const LinkCone& cone, std::uint32
     Floats x, y, z;
     each.unpackDirection(x, y, z);
     // Cones of no width are given some, that of rounded directions.
-    const Floats cosine = max(min(each.cosines(), splat(0.9995f)), splat(-0.9995f)), sine2 = 1.0f - cosine * cosine;
-    const Floats c = cone.cosine * cosine, s = cone.sine * (sine2 * inverseSqrt(sine2));
+    const Floats cosine = max(min(each.cosines(), splat(0.9995f)), splat(-0.9995f));
     const Floats along = cone.axis[0] * x + cone.axis[1] * y + cone.axis[2] * z;
-    const Floats overlap = min((along - c + s) / (2.0f * s), splat(1.0f));
-    store(share + k, overlap * (1.0f - cone.cosine) / (1.0f - c));
     // Cones stand for clusters of any form, by their first band, and directions are rounded: take more to be looked at.
     const Floats wide = max(1.25f * cosine - 0.29f, splat(-1.0f)), wide2 = max(1.0f - wide * wide, splat(1e-6f));
     const Ints meets =
         (along >= cone.cosine * wide - cone.sine * (wide2 * inverseSqrt(wide2))) | (wide <= -cone.cosine);
     std::uint64_t bits = laneBits(meets);
     if (links - k < kLanes) bits &= (std::uint64_t{1} << (links - k)) - 1;
+    if (bits == 0) continue;
     toward[k / 64] |= bits << (k % 64);
+    const Floats sine2 = 1.0f - cosine * cosine, c = cone.cosine * cosine, s = cone.sine * (sine2 * inverseSqrt(sine2));
+    const Floats overlap = min((along - c + s) / (2.0f * s), splat(1.0f));
+    store(share + k, overlap * (1.0f - cone.cosine) / (1.0f - c));
   }
 }
 

@@ -6,6 +6,7 @@
 #include "formats/sh.h"
 #include "runtime/cpu/read_link.h"
 #include "runtime/cpu/simd.h"
+#include "runtime/shared/look_turns.h"
 #include "runtime/shared/pack_color.h"
 #include "runtime/voxels/march.h"
 
@@ -35,6 +36,7 @@ constexpr float kFarDisc[kFarRays][3] = {
     {1.0f, 0.0f, 0.354f}, {-0.737f, 0.675f, 0.612f}, {0.087f, -0.996f, 0.791f}, {0.608f, 0.794f, 0.935f}};
 constexpr float kRays = 8.0f;                             // of links' own, spread over the sphere's cone, at least
 constexpr std::uint32_t kMostRays = SenderPoints::kMost;  // of a link
+constexpr float kMostScale = 2.0f;                        // of a change that was found in other light
 constexpr float kSenderEnd = 0.999f;  // of the way to a sender: the part behind it, or on it, hides nothing
 
 // (radius / distance)² of a sphere that covers kMinSolidAngle: 1 - cos² of the half opening angle.
@@ -77,6 +79,8 @@ bool isBehind(const SenderPoints::Point& sender, const glm::vec3& place, const L
   return glm::dot(way, way) > distance * distance;
 }
 
+float lumaOf(std::uint32_t radiosity) { return rgbToYCoCg(unpackColor(radiosity)).x; }
+
 // f = y_0 * solid angle / pi, y_0 = 1 / sqrt(4 pi)
 constexpr float kSolidAngle = std::numbers::pi_v<float> / 0.282094792f;
 
@@ -107,13 +111,32 @@ struct OccludeLinks::Hidden {
   glm::vec3 radiosity{0.0f}, direction{0.0f};
 };
 
-OccludeLinks::OccludeLinks(const Bake& bake, const Caches& caches, const LinkSet& links, Simd simd,
-                           std::pmr::memory_resource* memory)
+OccludeLinks::OccludeLinks(const Bake& bake, const Caches& caches, const LinkSet& links, const CacheBands& bands,
+                           std::uint32_t lag, Simd simd, std::pmr::memory_resource* memory)
     : caches_(caches),
       links_(links),
       irradianceOnMap_(bake.links.kind == LinkKind::irradiance),
       toward_(knowDirections(bake.links.kind) ? linksTowardKernel(simd) : nullptr),
-      points_(bake.hierarchy, bake.surfels, memory) {}
+      points_(bake.hierarchy, bake.surfels, memory),
+      lag_(lag),
+      change_(bands, caches.count(), caches.firstMapCache(), memory),
+      kept_(caches.count(), Kept{}, memory),
+      scale_(caches.count(), 0.0f, memory) {}
+
+// How much of what a cache sees parts near to it cover, as isTurnOf() counts it; 0 = none is near.
+float OccludeLinks::coveredBy(const PlacedParts& parts, std::uint32_t cache) const {
+  const glm::vec3 place = caches_.positionWorld[cache], normal = caches_.normal[cache];
+  const bool onMap = normal != glm::vec3(0.0f);
+  float covered = 0.0f;
+  for (const PlacedPart& part : parts.parts()) {
+    const glm::vec3 offset = part.centre - place;
+    const float d2 = glm::dot(offset, offset), r2 = part.radius * part.radius;
+    if (!(r2 > kMinShare * d2)) continue;
+    if (onMap ? glm::dot(normal, offset) <= -part.radius : d2 <= kOwnSpace[0] * kOwnSpace[0] * r2) continue;
+    covered += r2 < d2 ? r2 / d2 : 1.0f;
+  }
+  return covered;
+}
 
 bool OccludeLinks::findNear(const PlacedParts& parts, std::uint32_t cache, Near& near) const {
   const glm::vec3 place = caches_.positionWorld[cache];
@@ -129,8 +152,8 @@ bool OccludeLinks::findNear(const PlacedParts& parts, std::uint32_t cache, Near&
     if (near.onMap) {
       if (glm::dot(caches_.normal[cache], offset) <= -part.radius) continue;
     } else {
+      if (d2 <= kOwnSpace[0] * kOwnSpace[0] * r2) continue;
       const float own = std::sqrt(d2 / r2) - kOwnSpace[0];
-      if (own <= 0.0f) continue;
       near.weight = std::min(near.weight, own / (kOwnSpace[1] - kOwnSpace[0]));
     }
     const std::uint32_t n = near.count++;
@@ -286,6 +309,8 @@ struct OccludeLinks::Change {
   glm::vec3 color{0.0f};      // Y, Co, Cg: transfer times radiosity
   glm::vec3 direction{0.0f};  // times transfer
   float transfer = 0.0f;
+  std::uint32_t sender = 0;  // of which most is hidden
+  float hidden = 0.0f;       // of it: luma
 
   // Add it to a cache's coefficients. [Size c = bands.stride()]
   void addTo(const CacheBands& bands, int luma, int chroma, bool isIrradiance, float* c) const {
@@ -363,7 +388,13 @@ bool OccludeLinks::findChange(const PlacedParts& parts, std::span<const std::uin
       const Candidate& each = candidate[i];
       const Hidden hidden = near.isFar ? behind(each) : look(parts, near, cache, each);
       if (hidden.share == 0.0f) continue;
-      change.color += each.transfer * (hidden.radiosity - hidden.share * unpackColor(node[each.node]));
+      const glm::vec3 taken = each.transfer * hidden.share * unpackColor(node[each.node]);
+      change.color += each.transfer * hidden.radiosity - taken;
+      const float luma = rgbToYCoCg(taken).x;
+      if (luma >= change.hidden) {
+        change.hidden = luma;
+        change.sender = each.node;
+      }
       change.direction += each.transfer * hidden.direction;
       change.transfer += each.transfer * hidden.share;
     }
@@ -373,21 +404,40 @@ bool OccludeLinks::findChange(const PlacedParts& parts, std::span<const std::uin
   return change.transfer > inFront * far.share;
 }
 
-void OccludeLinks::occlude(const PlacedParts& parts, std::span<const std::uint32_t> node, std::uint32_t begin,
-                           std::uint32_t end, StoredLight& light) const {
-  const LightCachesJob job{links_.rows()};
-  const CacheBands& bands = light.bands();
+// Find what parts change of a cache that is near.
+void OccludeLinks::lookAt(const PlacedParts& parts, std::span<const std::uint32_t> node, std::uint32_t cache) {
   Near near;
+  Change change;
+  Kept& kept = kept_[cache];
+  kept.sender = kNoChange;
+  if (!findNear(parts, cache, near) || !findChange(parts, node, {links_.rows()}, near, cache, change)) return;
+  kept.sender = change.sender;
+  kept.luma = lumaOf(node[change.sender]);
+  // The map's caches may have fewer bands.
+  const CacheBands& bands = change_.bands();
+  const bool isOfMap = cache >= change_.firstMapCache();
+  const CacheBands held = isOfMap ? bands.ofMap() : bands;
+  std::array<float, 3 * kMaxCoefficients> c{};
+  change.addTo(bands, held.lumaBands, held.chromaBands, isOfMap && irradianceOnMap_, c.data());
+  change_.write(cache, c.data());
+}
+
+void OccludeLinks::look(const PlacedParts& parts, std::span<const std::uint32_t> node, std::uint32_t begin,
+                        std::uint32_t end) {
   for (std::uint32_t cache = begin; cache < end; ++cache) {
-    Change change;
-    if (!findNear(parts, cache, near) || !findChange(parts, node, job, near, cache, change)) continue;
-    // The map's caches may have fewer bands.
-    const bool isOfMap = cache >= light.firstMapCache();
-    const CacheBands held = isOfMap ? bands.ofMap() : bands;
-    CacheLight::Row row;
-    light.read(cache, row.c);
-    change.addTo(bands, held.lumaBands, held.chromaBands, isOfMap && irradianceOnMap_, row.c);
-    light.write(cache, row.c);
+    Kept& kept = kept_[cache];
+    const float covered = coveredBy(parts, cache);
+    if (covered == 0.0f) {
+      kept.sender = kNotNear;
+    } else if (frame_ == 0 || kept.sender == kNotNear || isTurnOf(cache, frame_, covered, lag_)) {
+      lookAt(parts, node, cache);
+    }
+    float& scale = scale_[cache];
+    if (kept.sender >= kNoChange) {
+      scale = 0.0f;
+    } else {
+      scale = kept.luma > 0.0f ? std::min(lumaOf(node[kept.sender]) / kept.luma, kMostScale) : 1.0f;
+    }
   }
 }
 

@@ -8,6 +8,9 @@
 // the link stays as it was. Senders are what caches see, so that is what standing geometry hides; no voxels of the
 // level are needed, and walls are no thicker than they are.
 // Deviation: PIC gives this as future work and names no method.
+//
+// What parts change of a cache is kept, and found anew when it is the cache's turn (runtime/shared/look_turns.h); until
+// then it is scaled as the radiosity of the sender that they hide most of changes.
 #pragma once
 
 #include "relume/bake_data.h"
@@ -21,6 +24,7 @@
 #include <cstdint>
 #include <memory_resource>
 #include <span>
+#include <vector>
 
 namespace relume::cpu {
 
@@ -29,21 +33,37 @@ using LinksTowardKernel = void (*)(const LightCachesJob& job, const LinkCone& co
 
 class OccludeLinks {
  public:
-  // The caches and links must outlive this. memory: keeps all of this.
-  OccludeLinks(const Bake& bake, const Caches& caches, const LinkSet& links, Simd simd,
-               std::pmr::memory_resource* memory);
+  // The caches and links must outlive this. bands: of the caches. lag: RelightOptions::movingLag. memory: keeps all of
+  // this.
+  OccludeLinks(const Bake& bake, const Caches& caches, const LinkSet& links, const CacheBands& bands, std::uint32_t lag,
+               Simd simd, std::pmr::memory_resource* memory);
 
-  // Light the caches [begin, end), which have just been lit, again where parts are before their links. node: radiosity
-  // (runtime/shared/pack_color.h). Others keep their bits.
-  void occlude(const PlacedParts& parts, std::span<const std::uint32_t> node, std::uint32_t begin, std::uint32_t end,
-               StoredLight& light) const;
-  std::size_t bytes() const { return points_.bytes(); }
+  // A frame begins. hasParts: without, what is kept is of no use any more.
+  void begin(bool hasParts) { frame_ = hasParts ? frame_ + 1 : kForget; }
+  void forget() { frame_ = kForget; }
+  // Find what parts change of the caches [begin, end). node: radiosity (runtime/shared/pack_color.h). Ranges that are
+  // apart may be found at the same time.
+  void look(const PlacedParts& parts, std::span<const std::uint32_t> node, std::uint32_t begin, std::uint32_t end);
+  // What caches gain, as their coefficients, times scales of which 0 = nothing. [Size scale = caches]
+  const StoredLight& change() const { return change_; }
+  std::span<const float> scale() const { return scale_; }
+  std::size_t bytes() const {
+    return points_.bytes() + change_.bytes() + kept_.size() * (sizeof(Kept) + sizeof(float));
+  }
 
  private:
   struct Near;
   struct Hidden;
   struct Change;
   struct Candidate;
+  // Of a cache: the sender that parts hide most of, and its luma when that was found; 0 = the change is not scaled.
+  struct Kept {
+    std::uint32_t sender = kNotNear;
+    float luma = 0.0f;
+  };
+  static constexpr std::uint32_t kForget = ~0u, kNotNear = ~0u, kNoChange = ~1u;
+  float coveredBy(const PlacedParts& parts, std::uint32_t cache) const;
+  void lookAt(const PlacedParts& parts, std::span<const std::uint32_t> node, std::uint32_t cache);
   bool findNear(const PlacedParts& parts, std::uint32_t cache, Near& near) const;
   bool findChange(const PlacedParts& parts, std::span<const std::uint32_t> node, const LightCachesJob& job,
                   const Near& near, std::uint32_t cache, Change& change) const;
@@ -60,6 +80,10 @@ class OccludeLinks {
   bool irradianceOnMap_;      // links of the map's caches weigh by the cosine at the cache
   LinksTowardKernel toward_;  // null = links know no direction, the senders' spheres are looked at
   SenderPoints points_;
+  std::uint32_t lag_, frame_ = kForget;  // frame_: counted from one in which all near caches were looked at
+  StoredLight change_;
+  std::pmr::vector<Kept> kept_;    // [Size caches]
+  std::pmr::vector<float> scale_;  // [Size caches]
 };
 
 }  // namespace relume::cpu

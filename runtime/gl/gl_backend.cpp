@@ -36,12 +36,13 @@ void unpackChannel(int bands, const std::uint16_t* word, std::size_t stride, flo
 Result<Owned<GlBackend>> GlBackend::create(const Functions& gl, const Bake& bake, const CacheBands& bands,
                                            std::string_view visibilityGlsl, const ImageSizes& images,
                                            GridTexture texture, std::pmr::memory_resource* memory,
-                                           std::uint32_t movingParts, std::optional<gpu::GroupThreads> wanted) {
+                                           std::uint32_t movingParts, std::uint32_t movingLag,
+                                           std::optional<gpu::GroupThreads> wanted) {
   const gpu::GroupThreads threads =
       wanted ? *wanted : groupThreadsOf(reinterpret_cast<const char*>(gl.GetString(GL_RENDERER)));
   const SavedState saved(gl);
   Result<Owned<gpu::FramePlan>> plan =
-      gpu::FramePlan::create(bake, texture, bands, images, deviceOf(gl, threads), memory, movingParts);
+      gpu::FramePlan::create(bake, texture, bands, images, deviceOf(gl, threads), memory, movingParts, movingLag);
   if (!plan) return plan.error();
   Owned<GlBackend> backend =
       makeOwned<GlBackend>(memory, gl, bake, bands, images, std::move(texture), std::move(*plan), memory);
@@ -258,7 +259,7 @@ Result<Owned<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& req
     texture = GridTexture(request.memory);
   Result<Owned<gl::GlBackend>> made =
       gl::GlBackend::create(*functions, bake, request.bands, request.options.visibilityGlsl, request.images,
-                            std::move(texture), request.memory, request.options.movingParts);
+                            std::move(texture), request.memory, request.options.movingParts, request.options.movingLag);
   if (!made) return made.error();
   return Owned<Backend>(std::move(*made));
 }

@@ -19,12 +19,12 @@ class GlBackend final : public Backend, public GlResolve {
  public:
   // The bake must pass checkBake(); its arrays are kept. gl: of the context that is current, here and in every other
   // call. unsupported: buffers too large; failed: a shader's log. images: declared, by drivable material. texture: of
-  // the grid, may be empty. movingParts: of a frame, at most. wanted: what work groups are to suit; nothing = the
+  // the grid, may be empty. movingParts, movingLag: RelightOptions. wanted: what work groups are to suit; nothing = the
   // driver that runs here. memory: keeps all of this.
   static Result<Owned<GlBackend>> create(const Functions& gl, const Bake& bake, const CacheBands& bands,
                                          std::string_view visibilityGlsl, const ImageSizes& images, GridTexture texture,
                                          std::pmr::memory_resource* memory, std::uint32_t movingParts = 0,
-                                         std::optional<gpu::GroupThreads> wanted = {});
+                                         std::uint32_t movingLag = 1, std::optional<gpu::GroupThreads> wanted = {});
   // What create() begins with: nothing is on the GPU yet.
   GlBackend(const Functions& gl, const Bake& bake, const CacheBands& bands, const ImageSizes& images,
             GridTexture texture, Owned<gpu::FramePlan> plan, std::pmr::memory_resource* memory)

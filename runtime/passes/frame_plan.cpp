@@ -233,7 +233,7 @@ void FramePlan::makePull(GroupThreads threads) {
   if (pullRoundCount_ > 0) set_.pullTop = addSet(addProgram(pullProgram(group, true)), {bindings});
 }
 
-void FramePlan::makeBuffers(const GridTexture& texture, std::uint32_t movingParts) {
+void FramePlan::makeBuffers(const GridTexture& texture, std::uint32_t movingParts, std::uint32_t movingLag) {
   SenderArrays senders = packSenders(bake_, bands_.lumaBands, memory_);
   flatEnd_ = senders.flatEnd;
   tiltedEnd_ = senders.tiltedEnd;
@@ -267,7 +267,7 @@ void FramePlan::makeBuffers(const GridTexture& texture, std::uint32_t movingPart
   addBuffer(kSurfelLight, "surfel irradiance", GpuUse::light, {},
             device_.hasSurfelShader ? surfelEnd_ * sizeof(glm::vec4) : 0);
   if (!texture.empty()) makeGridBuffers(texture);
-  makeMovingBuffers(movingParts);
+  makeMovingBuffers(movingParts, movingLag);
 }
 
 void FramePlan::makeGridBuffers(const GridTexture& texture) {
@@ -389,11 +389,12 @@ void FramePlan::makeSets(GroupThreads threads, const GridTexture& texture) {
 
 Result<Owned<FramePlan>> FramePlan::create(const Bake& bake, const GridTexture& texture, const CacheBands& bands,
                                            const ImageSizes& images, const GpuDevice& device,
-                                           std::pmr::memory_resource* memory, std::uint32_t movingParts) {
+                                           std::pmr::memory_resource* memory, std::uint32_t movingParts,
+                                           std::uint32_t movingLag) {
   Owned<FramePlan> plan = makeOwned<FramePlan>(memory, bake, bands, images, device, memory);
   plan->firstMapCache_ = bake.caches.firstMapCache();
   if (Status ok = plan->checkSizes(); !ok) return ok.error();
-  plan->makeBuffers(texture, movingParts);
+  plan->makeBuffers(texture, movingParts, movingLag);
   if (plan->senderEnd_ / RELUME_SURFEL_GROUP > device.groups) {
     return tooLarge("the bake has " + std::to_string(plan->senderEnd_) + " slots of senders, this device dispatches " +
                     "at most " + std::to_string(device.groups) + " groups of " + std::to_string(RELUME_SURFEL_GROUP));

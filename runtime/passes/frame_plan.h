@@ -58,11 +58,12 @@ enum ImageIndex : std::uint32_t { kMapY, kMapCo, kMapCg, kMapNormal };
 class FramePlan {
  public:
   // The bake has passed checkBake(); its arrays are kept until forgetContents(), and its hierarchy, caches and surfels
-  // for ever. images: declared, by drivable material. movingParts: of a frame, at most. unsupported: more than the
-  // device holds. Throws std::bad_alloc.
+  // for ever. images: declared, by drivable material. movingParts: of a frame, at most. movingLag: RelightOptions.
+  // unsupported: more than the device holds. Throws std::bad_alloc.
   static Result<Owned<FramePlan>> create(const Bake& bake, const GridTexture& texture, const CacheBands& bands,
                                          const ImageSizes& images, const GpuDevice& device,
-                                         std::pmr::memory_resource* memory, std::uint32_t movingParts = 0);
+                                         std::pmr::memory_resource* memory, std::uint32_t movingParts = 0,
+                                         std::uint32_t movingLag = 1);
   // What create() begins with.
   FramePlan(const Bake& bake, const CacheBands& bands, const ImageSizes& images, const GpuDevice& device,
             std::pmr::memory_resource* memory);
@@ -98,7 +99,10 @@ class FramePlan {
   std::uint32_t hostTexture(std::size_t dispatch) const { return hostTextures_[dispatch]; }
   // The grid's texture of the light that the caches have, alone.
   GpuFrame fill();
-  void reset() { lit_ = false; }
+  void reset() {
+    lit_ = false;
+    moving_.frame = ~0u;
+  }
 
  private:
   struct Batch {
@@ -117,6 +121,7 @@ class FramePlan {
     std::uint32_t most = 0;                // parts of a frame; 0 = the rest is not there
     std::uint32_t points = 0, places = 0;  // SenderWords
     std::uint32_t firstLight = 0;          // vec4 of the parts' light
+    std::uint32_t lag = 1, frame = ~0u;    // frame: counted from one in which all near caches were looked at
     std::uint32_t lightSet = 0, cachesPerGroup = 1;
     std::pmr::vector<gl::RelumePart> part;  // of the frame; keeps its memory
     std::pmr::vector<std::uint32_t> shapeWord, firstWord;
@@ -125,7 +130,7 @@ class FramePlan {
   };
 
   Status checkSizes() const;
-  void makeBuffers(const GridTexture& texture, std::uint32_t movingParts);
+  void makeBuffers(const GridTexture& texture, std::uint32_t movingParts, std::uint32_t movingLag);
   Status makeLinks();
   void makePull(GroupThreads threads);
   void makeImages(const GridTexture& texture);
@@ -150,7 +155,7 @@ class FramePlan {
   void addSurfels(const LightSetup& setup, bool bounces, bool waits);
   void addPull();
   void makeGridBuffers(const GridTexture& texture);
-  void makeMovingBuffers(std::uint32_t parts);
+  void makeMovingBuffers(std::uint32_t parts, std::uint32_t lag);
   void reserveMoving(const LightSetup& setup);
   bool addMoving(const LightSetup& setup, bool bounces);
   void addCaches(bool moves);

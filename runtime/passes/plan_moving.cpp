@@ -11,6 +11,8 @@
 namespace relume::gpu {
 namespace {
 
+constexpr std::uint32_t kForget = ~0u;  // the frame before the first
+
 template <class T>
 std::span<const std::byte> bytesOf(const std::pmr::vector<T>& array) {
   return std::as_bytes(std::span(array.data(), array.size()));
@@ -18,8 +20,9 @@ std::span<const std::byte> bytesOf(const std::pmr::vector<T>& array) {
 
 }  // namespace
 
-void FramePlan::makeMovingBuffers(std::uint32_t parts) {
+void FramePlan::makeMovingBuffers(std::uint32_t parts, std::uint32_t lag) {
   moving_.most = parts;
+  moving_.lag = lag;
   if (parts == 0) return;
   SenderWords senders = packSenderPoints(bake_, memory_);
   moving_.points = senders.points;
@@ -62,6 +65,8 @@ void FramePlan::reserveMoving(const LightSetup& setup) {
 // whether there are some.
 bool FramePlan::addMoving(const LightSetup& setup, bool bounces) {
   moving_.part.clear();
+  // Without parts, what is kept of caches is of no use any more.
+  moving_.frame = setup.movingParts.empty() ? kForget : moving_.frame + 1;
   if (setup.movingParts.empty()) return false;
   std::uint32_t patches = 0;
   for (const MovingPart& each : setup.movingParts) {
@@ -71,7 +76,10 @@ bool FramePlan::addMoving(const LightSetup& setup, bool bounces) {
     moving_.part.push_back(packPart(shape, place, moving_.firstWord[each.shape], moving_.most + patches));
     patches += static_cast<std::uint32_t>(shape.patch.size());
   }
-  if (moving_.part.empty()) return false;
+  if (moving_.part.empty()) {
+    moving_.frame = kForget;
+    return false;
+  }
   if (moving_.isPacked) uploads_.push_back({false, kMovingShapes, 0, bytesOf(moving_.shapeWord)});
   moving_.isPacked = false;
   uploads_.push_back({false, kMovingParts, 0, bytesOf(moving_.part)});
@@ -92,6 +100,8 @@ bool FramePlan::addMoving(const LightSetup& setup, bool bounces) {
     parameters.relumeFirstLight = moving_.firstLight;
     parameters.relumePoints = moving_.points;
     parameters.relumePlaces = moving_.places;
+    parameters.relumeFrame = moving_.frame;
+    parameters.relumeLag = moving_.lag;
     dispatch(GpuPass::movingParts, batch.occludeSet, parameters, &gl::RelumeOccludeParameters::relumeFirstCache,
              links.firstCache, links.endCache, moving_.cachesPerGroup, waits);
     waits = false;

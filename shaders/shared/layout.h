@@ -56,6 +56,11 @@
 #define RELUME_PATCH_AREA 12u
 #define RELUME_SHAPE_PATCH_WORDS 13u
 
+// What parts change of a cache, two vec4: Y, Co, Cg, and the luma of the sender that they hide most of, when that was
+// found; the mean direction of what changes, and that sender's number or one of these.
+#define RELUME_CHANGE_NONE -1.0      // parts change nothing
+#define RELUME_CHANGE_NOT_NEAR -2.0  // no part is near
+
 // Image units of OpenGL follow the slots of buffers in Vulkan.
 #define RELUME_VULKAN_IMAGES 8
 // Images that caches of the light map write, and those that the fill of the grid's texture writes.
@@ -409,7 +414,9 @@ struct RelumeSurfels {
   P(uint, relumePartCount)           \
   P(uint, relumeFirstLight)          \
   P(uint, relumePoints)              \
-  P(uint, relumePlaces)
+  P(uint, relumePlaces)              \
+  P(uint, relumeFrame)               \
+  P(uint, relumeLag)
 
 #define RELUME_FILL_PARAMETERS(P) P(uvec3, relumeResolution) P(uint, relumeFirst) P(uint, relumeEnd)
 
@@ -455,7 +462,7 @@ static_assert(sizeof(RelumeDriveParameters) == 24 && sizeof(RelumeSurfelParamete
               sizeof(RelumeCacheParameters) == 36 && sizeof(RelumeFillParameters) == 20);
 static_assert(offsetof(RelumeSurfelParameters, relumeSkyRadiance) == 64 &&
               offsetof(RelumeSurfelParameters, relumeMapSize) == 80);
-static_assert(sizeof(RelumePartLightParameters) == 20 && sizeof(RelumeOccludeParameters) == 40);
+static_assert(sizeof(RelumePartLightParameters) == 20 && sizeof(RelumeOccludeParameters) == 48);
 static_assert(sizeof(RelumePart) == 144 && offsetof(RelumePart, centre) == 48 && offsetof(RelumePart, toWorldZ) == 128);
 static_assert(sizeof(RelumeSurfels) == 32);
 static_assert(sizeof(RelumeEmitter) == 32 && offsetof(RelumeEmitter, tap) == 16);

@@ -146,6 +146,10 @@ TEST_F(CMoving, refusesFramesAndKeepsTheirLight) {
   EXPECT_EQ(relume_relighter_create(h_.bake, &desc, &none), RELUME_ERROR_USAGE);
   EXPECT_EQ(none, nullptr);
   EXPECT_NE(std::string(relume_bake_error(h_.bake)).find("movingParts is 257"), std::string::npos);
+  desc.moving_parts = 1;
+  desc.moving_lag = 3;
+  EXPECT_EQ(relume_relighter_create(h_.bake, &desc, &none), RELUME_ERROR_USAGE);
+  EXPECT_NE(std::string(relume_bake_error(h_.bake)).find("movingLag is 3"), std::string::npos);
 }
 
 TEST_F(CMoving, refusesMeshesByName) {

@@ -21,7 +21,7 @@ Owned<gl::GlBackend> make(const Bake& bake, int luma, int chroma, gpu::GroupThre
   if (!functions) return nullptr;
   auto made = gl::GlBackend::create(*functions, bake, {luma, chroma, bake.links.kind == LinkKind::irradiance}, {},
                                     ImageSizes(), GridTexture(std::pmr::new_delete_resource()),
-                                    std::pmr::new_delete_resource(), movingParts, threads);
+                                    std::pmr::new_delete_resource(), movingParts, 4, threads);
   EXPECT_TRUE(made) << (made ? "" : made.error().message);
   return made ? std::move(*made) : nullptr;
 }

@@ -161,6 +161,35 @@ TEST_F(GlMoving, givesTheLightOfTheCpu) {
   }
 }
 
+// Caches have the turns that they have on the CPU, with a part that moves under a light that fades.
+TEST_F(GlMoving, takesTurnsAsTheCpuDoes) {
+  const MovingShapes shapes = someShapes();
+  const Bake bake = room(LinkKind::oct6);
+  for (const std::uint32_t lag : {1u, 16u}) {
+    SCOPED_TRACE(lag);
+    std::vector<float> found[2], first[2];
+    for (const BackendKind backend : {BackendKind::cpu, BackendKind::gl}) {
+      RelightOptions options = optionsOf(backend, 1);
+      options.movingLag = lag;
+      Relighter relighter = relighterOf(bake, options);
+      const auto i = static_cast<std::size_t>(backend == BackendKind::gl);
+      std::vector<Light> lights = test::someLights();
+      for (int frame = 0; frame < 7; ++frame) {
+        const MovingPart part = at(0, kMiddle + glm::vec3(0.1f * static_cast<float>(frame), 0.0f, 0.0f));
+        for (Light& each : lights) each.intensity *= 0.9f;
+        LightSetup setup = setupOf(lights, {});
+        setup.movingShapes = &shapes;
+        setup.movingParts = {&part, 1};
+        ASSERT_TRUE(relighter.relight(setup));
+        if (frame == 0) first[i] = relighter.cacheCoefficients();
+      }
+      found[i] = relighter.cacheCoefficients();
+    }
+    EXPECT_LT(relativeError(first[0], first[1]), 0.001);
+    EXPECT_LT(relativeError(found[0], found[1]), 0.002);
+  }
+}
+
 // As many parts as there may be, and as many as a software driver's threads get more links for: no loop is cut short.
 TEST_F(GlMoving, manyPartsAreAllLookedAt) {
   const MovingShapes shapes = someShapes();

@@ -2,6 +2,7 @@
 // Moving parts before a bake's links: form factors of a ball, what changes nothing to the bit, errors, memory, threads.
 #include "formats/sh.h"
 #include "relume/relighter.h"
+#include "runtime/shared/look_turns.h"
 #include "tests/on_threads.h"
 #include "tests/runtime/allocations.h"
 #include "tests/runtime/ball.h"
@@ -204,6 +205,85 @@ TEST(MovingParts, leavesNoTraces) {
   const std::vector<float> open = furnace(bake, shapes, {});
   EXPECT_NE(furnace(relighter, bake, shapes, {&part, 1}), open);
   EXPECT_EQ(furnace(relighter, bake, shapes, {}), open);
+}
+
+RelightOptions withLag(std::uint32_t lag) {
+  RelightOptions options = withParts();
+  options.movingLag = lag;
+  return options;
+}
+
+// Sum of squared differences.
+double squared(const std::vector<float>& a, const std::vector<float>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (double{a[i]} - b[i]) * (double{a[i]} - b[i]);
+  return sum;
+}
+
+// Caches have their turns: a step is seen by most of what it changes in its frame, and by all within movingLag frames,
+// to the bit.
+TEST(MovingParts, takeTurnsAndMissNone) {
+  for (const LinkKind kind : kLinkKinds) {
+    SCOPED_TRACE(linkKindName(kind));
+    const Bake bake = room(kind, 16);
+    const test::Ball ball(0.5f, 24);
+    const MovingShapes shapes = shapesOf(ball, {0.8f, 0.3f, 0.1f});
+    const MovingPart before = at(kMiddle), after = at(kMiddle + glm::vec3(0.25f, 0.1f, 0.0f));
+    constexpr std::uint32_t kLag = 16;
+    Relighter turns = test::makeRelighter(bake, withLag(kLag)), all = test::makeRelighter(bake, withLag(1));
+    const std::vector<float> old = furnace(turns, bake, shapes, {&before, 1});
+    EXPECT_EQ(old, furnace(all, bake, shapes, {&before, 1}));
+    const std::vector<float> wanted = furnace(all, bake, shapes, {&after, 1});
+    std::vector<float> found;
+    for (std::uint32_t frame = 0; frame < kLag; ++frame) {
+      found = furnace(turns, bake, shapes, {&after, 1});
+      if (frame > 0) continue;
+      EXPECT_GT(squared(found, wanted), 0.0);
+      EXPECT_LT(squared(found, wanted), 0.9 * squared(old, wanted));
+    }
+    EXPECT_EQ(found, wanted);
+    // After a frame without parts all are looked at, and after reset().
+    for (const bool isReset : {false, true}) {
+      if (isReset) {
+        turns.reset();
+      } else {
+        furnace(turns, bake, shapes, {});
+      }
+      EXPECT_EQ(furnace(turns, bake, shapes, {&before, 1}), old);
+      furnace(turns, bake, shapes, {&after, 1});
+    }
+  }
+}
+
+// What is kept of a change goes with the light: of a quarter of it a quarter, of darkness nothing.
+TEST(MovingParts, keptChangesFollowTheLight) {
+  const Bake bake = room(LinkKind::oct6);
+  const test::Ball ball(0.5f, 24);
+  const MovingShapes shapes = shapesOf(ball, glm::vec3(0.0f));
+  const MovingPart part = at(kMiddle);
+  Relighter turns = test::makeRelighter(bake, withLag(kMaxMovingLag)), all = test::makeRelighter(bake, withLag(1));
+  for (const float light : {1.0f, 0.25f, 0.0f}) {
+    const std::vector<glm::vec3> emission(bake.surfels.count(), glm::vec3(light));
+    LightSetup setup;
+    setup.surfelEmission = emission;
+    setup.bounceScale = 0.0f;
+    setup.movingShapes = &shapes;
+    setup.movingParts = {&part, 1};
+    ASSERT_TRUE(turns.relight(setup));
+    ASSERT_TRUE(all.relight(setup));
+    const std::vector<float> found = turns.cacheCoefficients(), wanted = all.cacheCoefficients();
+    for (std::size_t i = 0; i < found.size(); ++i) ASSERT_NEAR(found[i], wanted[i], 1e-3f * light) << light;
+  }
+}
+
+TEST(MovingParts, refusesLagsThatAreNone) {
+  const Bake bake = room(LinkKind::oct6);
+  for (const std::uint32_t lag : {0u, 3u, 128u}) {
+    const Result<Relighter> made = Relighter::create(bake, withLag(lag));
+    ASSERT_FALSE(made);
+    EXPECT_EQ(made.error().code, ErrorCode::usage);
+    EXPECT_NE(made.error().message.find("movingLag is " + std::to_string(lag)), std::string::npos);
+  }
 }
 
 TEST(MovingParts, doesNotDependOnThreadsAndTakesNoMemoryInAFrame) {

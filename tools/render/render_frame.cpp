@@ -150,6 +150,7 @@ Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions&
   setup.skyPatches = patches;
 
   options.movingParts = static_cast<std::uint32_t>(request.movingParts.size());
+  options.movingLag = 1;  // one picture, of the last frame
   setup.movingParts = request.movingParts;
   setup.movingShapes = request.movingShapes;
 
