@@ -36,16 +36,13 @@ layout(std430, binding = RELUME_SLOT_MOVING_LIGHT) buffer MovingLight { vec4 mov
 
 #include "lib/shape_march.glsl"
 
-// The constants of runtime/cpu/occlude_links.cpp.
+// The constants of runtime/cpu/occlude_links.cpp and runtime/shared/look_turns.h.
 const float kPi = 3.14159265, kNever = 1e30;
 const float kSolidAngle = kPi / 0.282094792;
 const float kMinCosine = 1.0 - 0.02 / (2.0 * kPi), kMinShare = 1.0 - kMinCosine * kMinCosine;
 const vec2 kOwnSpace = vec2(1.5, 3.0);
-const float kFarSolidAngle = 0.06, kRays = 8.0, kSenderEnd = 0.999;
-const uint kMostRays = 8u, kFarRays = 4u;
-const vec3 kFarDisc[4] = vec3[4](vec3(1.0, 0.0, 0.354), vec3(-0.737, 0.675, 0.612), vec3(0.087, -0.996, 0.791),
-                                 vec3(0.608, 0.794, 0.935));
-const float kCoveredEachFrame = 0.5;  // runtime/shared/look_turns.h
+const float kFarSolidAngle = 0.06, kFarBallSolidAngle = 2.0, kRays = 8.0, kSenderEnd = 0.999;
+const uint kMostRays = 8u;
 // At most kMaxMovingParts parts, 32 a word.
 const uint kPartWords = 8u;
 
@@ -99,14 +96,14 @@ bool findNear() {
     covered += r2 < d2 ? r2 / d2 : 1.0;
   }
   rayDensity = kRays / (kPi * smallest);
-  isFar = nearCount == 1u && smallest < kFarSolidAngle / kPi;
+  isFar = nearCount == 1u && kPi * smallest < (part[lastNear].ball > 0.0 ? kFarBallSolidAngle : kFarSolidAngle);
   return nearCount > 0u;
 }
 
-// isTurnOf() of runtime/shared/look_turns.h.
-bool isTurnOf(uint cache) {
+// LookTurns::hasTurn() of runtime/shared/look_turns.h.
+bool hasTurn(uint cache) {
   uint period = 1u;
-  while (period < relumeLag && 2.0 * float(period) * covered <= kCoveredEachFrame) period *= 2u;
+  while (period < relumeLag && 2.0 * float(period) * covered <= relumeEachFrame) period *= 2u;
   return ((((cache * 0x9E3779B9u) >> 26) + relumeFrame) & (period - 1u)) == 0u;
 }
 
@@ -133,7 +130,8 @@ float coveredShare(float along, float cosine, Cone cone) {
 
 // Whether cones meet, or nearly do: those of links stand for clusters of any form, and their directions are rounded.
 bool meets(float along, float cosine, Cone cone) {
-  float wide = max(1.25 * clamp(cosine, -0.9995, 0.9995) - 0.29, -1.0), wide2 = max(1.0 - wide * wide, 1e-6);
+  cosine = clamp(cosine, -0.9995, 0.9995);
+  float wide = isFar ? cosine : max(1.25 * cosine - 0.29, -1.0), wide2 = max(1.0 - wide * wide, 1e-6);
   return along >= cone.cosine * wide - cone.sine * sqrt(wide2) || wide <= -cone.cosine;
 }
 
@@ -171,8 +169,11 @@ bool meetsPart(vec3 direction, inout float end, out vec3 radiosity) {
     for (uint bits = nearPart[w]; bits != 0u; bits &= bits - 1u) {
       uint number = 32u * w + uint(findLSB(bits));
       vec3 offset = part[number].centre - place;
-      float along = dot(offset, direction), radius = part[number].radius;
-      float inside2 = radius * radius - dot(offset, offset) + along * along;  // half the chord, squared
+      float along = dot(offset, direction), radius = part[number].radius, ball = part[number].ball, d2 = dot(offset, offset);
+      bool isBall = ball > 0.0 && d2 > ball * ball;
+      if (isBall) radius = ball;
+      vec3 toRay = offset - along * direction;
+      float inside2 = radius * radius - dot(toRay, toRay);  // half the chord, squared
       if (!(inside2 > 0.0)) continue;
       float half_ = sqrt(inside2);
       if (along + half_ <= 0.0 || along - half_ >= end) continue;
@@ -180,7 +181,14 @@ bool meetsPart(vec3 direction, inout float end, out vec3 radiosity) {
       vec3 origin = toGrid(number, place - part[number].origin) - part[number].gridOrigin;
       ivec3 v;
       float t;
-      if (!march(part[number].shape, origin, inGrid, min(end, along + 1.1 * half_), v, t)) continue;
+      if (isBall) {
+        t = along - half_;
+        uint shape = part[number].shape;
+        ivec3 size = 4 * ivec3(shapeWord[shape], shapeWord[shape + 1u], shapeWord[shape + 2u]);
+        v = clamp(ivec3(origin + t * inGrid), ivec3(0), size - 1);
+      } else if (!march(part[number].shape, origin, inGrid, min(end, along + 1.1 * half_), v, t)) {
+        continue;
+      }
       end = t;
       radiosity = radiosityAt(number, v, inGrid, t);
       isMet = true;
@@ -230,25 +238,18 @@ Hidden look(uint sender, uint rays) {
   return Hidden(hidden.share / all_, hidden.radiosity / all_, hidden.direction / all_);
 }
 
-// What a part far off hides of its sphere, by rays spread over the cone toward it, and the distance of what they meet.
-Hidden lookAround(Cone cone, out float distance_) {
-  vec3 axis = cone.axis;
-  vec3 side = normalize(abs(axis.x) < 0.7 ? vec3(0.0, axis.z, -axis.y) : vec3(-axis.z, 0.0, axis.x));
-  vec3 up = cross(axis, side);
-  Hidden hidden = Hidden(0.0, vec3(0.0), vec3(0.0));
-  distance_ = 0.0;
-  for (uint i = 0u; i < kFarRays; ++i) {
-    float radius = cone.sine * kFarDisc[i].z, t = kNever;
-    vec3 direction = normalize(axis + radius * (kFarDisc[i].x * side + kFarDisc[i].y * up)), radiosity;
-    if (!meetsPart(direction, t, radiosity)) continue;
-    hidden.share += 1.0;
-    hidden.radiosity += radiosity;
-    hidden.direction += direction;
-    distance_ += t;
-  }
-  if (hidden.share == 0.0) return hidden;
-  distance_ /= hidden.share;
-  return Hidden(hidden.share / float(kFarRays), hidden.radiosity / hidden.share, hidden.direction / hidden.share);
+// What a part far off hides of its sphere, by a view of it, and the distance of what is seen.
+Hidden viewFrom(uint number, Cone cone, out float distance_) {
+  // viewAlong() of runtime/moving/shape_views.h.
+  vec3 way = toGrid(number, place - part[number].centre);
+  float sum = abs(way.x) + abs(way.y) + abs(way.z);
+  vec2 p = sum > 0.0 ? way.xy / sum : vec2(0.0);
+  if (way.z < 0.0) p = (1.0 - abs(p.yx)) * mix(vec2(1.0), vec2(-1.0), lessThan(p, vec2(0.0)));
+  ivec2 at = clamp(ivec2((0.5 * float(RELUME_VIEW_SIDE)) * (p + 1.0)), ivec2(0), ivec2(RELUME_VIEW_SIDE - 1u));
+  uint view = relumeFirstView + 2u * (RELUME_VIEWS * number + uint(at.y) * RELUME_VIEW_SIDE + uint(at.x));
+  vec4 own = movingLight[view], bounced = movingLight[view + 1u];
+  distance_ = max(distance(part[number].centre, place) - bounced.w, 0.0);
+  return Hidden(own.w, own.rgb + distance_ / (distance_ + 0.3 * part[number].radius) * bounced.rgb, cone.axis);
 }
 
 // Whether the plane of a sender crosses the axis of a cone beyond a distance; of one seen from the side the sender counts.
@@ -352,11 +353,11 @@ void placeAt(uint cache) {
 // transfer, and transfer that the sphere covers of senders before a far part, times the share of it that the part fills.
 void changeOf(uint cache, uint first, out vec4 color, out vec4 direction, out vec2 most) {
   color = direction = vec4(0.0);
-  most = vec2(0.0);
+  most = vec2(0.0, kNever);
   float distance_ = 0.0;
   Hidden far = Hidden(0.0, vec3(0.0), vec3(0.0));
   Cone cone = coneToward(lastNear);
-  if (isFar) far = lookAround(cone, distance_);
+  if (isFar) far = viewFrom(lastNear, cone, distance_);
   uint record = cache * uint(RELUME_ROW_WORDS);
   uint begin = rowWord[record] - relumeFirstLink, end = rowWord[record + uint(RELUME_ROW_WORDS)] - relumeFirstLink;
   uint count = isFar && far.share == 0.0 ? 0u : RELUME_ROW_LINKS * (end - begin);
@@ -392,7 +393,7 @@ void changeOf(uint cache, uint first, out vec4 color, out vec4 direction, out ve
       vec3 taken = link.transfer * hidden.share * relumeUnpackColor(node[link.sender]);
       color.rgb += link.transfer * hidden.radiosity - taken;
       float luma = relumeRgbToYCoCg(taken).x;
-      if (luma >= most.x) most = vec2(luma, float(link.sender));
+      if (luma > most.x || (luma == most.x && float(link.sender) < most.y)) most = vec2(luma, float(link.sender));
       color.w += link.transfer * hidden.share;
       direction.xyz += link.transfer * hidden.direction;
     }
@@ -410,7 +411,7 @@ void main() {
     placeAt(cache);
     if (!findNear()) {
       movingLight[2u * cache + 1u].w = RELUME_CHANGE_NOT_NEAR;
-    } else if (relumeFrame == 0u || isTurnOf(cache) || movingLight[2u * cache + 1u].w == RELUME_CHANGE_NOT_NEAR) {
+    } else if (relumeFrame == 0u || hasTurn(cache) || movingLight[2u * cache + 1u].w == RELUME_CHANGE_NOT_NEAR) {
       nearCache[atomicAdd(nearCaches, 1u)] = cache;
     }
   }
@@ -425,11 +426,12 @@ void main() {
   barrier();
   for (uint row = thread; row < nearCaches; row += uint(RELUME_THREADS)) {
     vec4 color = vec4(0.0), direction = vec4(0.0);
-    vec2 most = vec2(0.0);
+    vec2 most = vec2(0.0, kNever);
     for (uint lane = 0u; lane < uint(RELUME_LANES); ++lane) {
       color += partial[row][lane][0];
       direction += partial[row][lane][1];
-      if (partialMost[row][lane].x >= most.x) most = partialMost[row][lane];
+      vec2 each = partialMost[row][lane];
+      if (each.x > most.x || (each.x == most.x && each.y < most.y)) most = each;
     }
     uint cache = nearCache[row];
     // Cones are wider than their senders: a far part most of which is hidden is left out.

@@ -81,11 +81,11 @@ struct RelightOptions {
   // the links, 32 bytes a surfel, about twice what the surfels themselves take; OpenGL keeps 56 bytes a cache and
   // 12 KiB a part as well. WebAssembly and GpuPasses: none.
   std::uint32_t movingParts = 0;
-  // [1, 2, 4 .. 64] frames within which each cache near moving parts is looked at again; 1 = all in every frame. The
-  // less of a cache's view parts cover the more seldom it is, those next to parts in every frame. Until then what they
-  // change is scaled as the light does that they hide. Frames with parts that come after one without, or after
-  // reset(), look at all near caches, which takes several times as long; so do caches that parts come near to.
-  std::uint32_t movingLag = 16;
+  // [1, 2, 4 .. 64] frames within which each cache near moving parts is looked at again, however fast they move or jump;
+  // 1 = all in every frame. Within that, a frame looks at a 32nd of all caches, the more of a view parts cover the more
+  // often. Until then what they change goes with the light that they hide, and stays as it is otherwise. The first frame
+  // with parts after one without, or after reset(), looks at all near caches, which takes several times as long.
+  std::uint32_t movingLag = 32;
   // Keep the grid as a texture of irradiance vectors, filled every frame, for reads by GridLookup::texture and smooth:
   // cheaper than reading the caches around, for what moves in numbers. Relighter::gridTexture() says what came of it.
   bool gridTexture = false;

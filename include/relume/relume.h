@@ -196,7 +196,7 @@ typedef struct relume_relighter_desc {
   unsigned int grid_texture_bytes; /* of the texture, 72 a point; 0 = the default, 4 MiB */
   unsigned int moving_parts;       /* [0..256] most of relume_light_setup.moving_parts in a frame; 0 = none */
   /* [1, 2, 4 .. 64] frames within which each cache near moving parts is looked at again, 1 = all in every frame
-   * (relighter.h); 0 = the default, 16 */
+   * (relighter.h); 0 = the default, 32 */
   unsigned int moving_lag;
 } relume_relighter_desc;
 

@@ -46,10 +46,12 @@ void CpuBackend::relight(const LightSetup& setup) {
   const auto placing = Clock::now();
   // What the parts reflect of last frame's light, before that is gone.
   const bool hasParts = kHasMovingParts && !setup.movingParts.empty();
-  if (kHasMovingParts && moving_) moving_->occluders.begin(hasParts);
   if (hasParts) {
     const CacheLight last = light();
     moving_->parts.place(setup, caches_, lit_ ? &last : nullptr, parallelFor_);
+    moving_->occluders.turns().begin(moving_->parts.spheres());
+  } else if (kHasMovingParts && moving_) {
+    moving_->occluders.turns().forget();
   }
   const auto start = Clock::now();
   if (!setup.materialEmissions.empty()) {
@@ -75,7 +77,8 @@ void CpuBackend::relight(const LightSetup& setup) {
   if (hasParts) {
     steps.before = std::cref(look);
     steps.change = &moving_->occluders.change();
-    steps.changeScale = moving_->occluders.scale().data();
+    steps.changeNode = moving_->occluders.hiddenMost().data();
+    steps.changePerLuma = moving_->occluders.perLuma().data();
   }
   lightCaches(cachesKernel_, links_, node_, light_, parallelFor_, steps);
   const auto caches = Clock::now();
@@ -86,7 +89,7 @@ void CpuBackend::relight(const LightSetup& setup) {
 
 void CpuBackend::reset() {
   lit_ = false;
-  if (kHasMovingParts && moving_) moving_->occluders.forget();
+  if (kHasMovingParts && moving_) moving_->occluders.turns().forget();
   light_.clear();
   grid_.fill(light(), parallelFor_);
 }

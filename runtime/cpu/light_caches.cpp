@@ -80,7 +80,8 @@ void lightCaches(LightCachesKernel kernel, const LinkSet& links, std::span<const
   if (steps.change != nullptr) {
     grid.change = steps.change->gridRows();
     map.change = steps.change->mapRows();
-    grid.changeScale = map.changeScale = steps.changeScale;
+    grid.changeNode = map.changeNode = steps.changeNode;
+    grid.changePerLuma = map.changePerLuma = steps.changePerLuma;
   }
   const auto gridScale = makeConeScale(grid.lumaBands, grid.chromaBands),
              mapScale = makeConeScale(map.lumaBands, map.chromaBands);

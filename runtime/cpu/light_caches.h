@@ -22,9 +22,10 @@ LightCachesKernel lightCachesKernel(Simd simd);
 // What happens to a range of caches around its lighting, on the thread that lights it. Both may be empty.
 struct CacheSteps {
   std::function<void(std::uint32_t begin, std::uint32_t end)> before, afterwards;
-  // What `before` has left of moving parts (LightCachesJob::change, changeScale): of as many caches; null = nothing.
+  // What `before` has left of moving parts, of as many caches: LightCachesJob has the same. null = nothing.
   const StoredLight* change = nullptr;
-  const float* changeScale = nullptr;
+  const std::int32_t* changeNode = nullptr;
+  const float* changePerLuma = nullptr;
 };
 
 // Lights all caches. `node`: radiosity (runtime/shared/pack_color.h). `light` has as many caches as the links.

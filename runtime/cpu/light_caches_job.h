@@ -14,9 +14,13 @@ namespace relume::cpu {
 struct LightCachesJob : LinkRows {
   const std::uint32_t* node = nullptr;  // radiosity of each node (runtime/shared/pack_color.h)
   int lumaBands = 1, chromaBands = 1;
-  const float* coneScale = nullptr;    // factor on each sum over cones, in the order of the coefficients
-  LightRows change{};                  // what moving parts change of each cache's light, times changeScale
-  const float* changeScale = nullptr;  // [Size caches] 0 = they change nothing; null = nothing moves
+  const float* coneScale = nullptr;  // factor on each sum over cones, in the order of the coefficients
+  // What moving parts change of each cache's light, which is scaled as the radiosity of a node has changed since: node,
+  // negative where they change nothing, and 1 / its luma then, 0 = it is not scaled. [Size caches, and kLightRowRoom
+  // more] null = nothing moves
+  LightRows change{};
+  const std::int32_t* changeNode = nullptr;
+  const float* changePerLuma = nullptr;
   LightRowsOf<std::uint16_t> light{};  // out
 };
 

@@ -12,22 +12,39 @@ namespace {
 // LinkKind's numbers, without its header.
 constexpr std::uint32_t kSh = 0, kCone = 1, kOct6 = 3, kIrradiance = 5;
 
+// Several caches in turn, so that rounding one does not wait for its sums.
+constexpr std::uint32_t kTurn = 8;
+
 template <class Links>
 ConeRow coneRow(int luma, int chroma) {
   const ConeRow summed = summedRow<Links>(luma, chroma);
   return summed ? summed : kConeRow<Links>[luma - 1];
 }
 
-// Add what moving parts change to a cache's coefficients. [Size c >= count, rounded up to whole vectors]
-inline void addChange(const LightCachesJob& job, std::uint32_t cache, int count, float* c) {
-  const float scale = job.changeScale[cache];
-  if (scale == 0.0f) return;
-  const std::uint16_t* row = rowOf(job.change, cache);
-  const float unit = scale * unitOf(row);
-  for (int i = 0; i < count; i += kLanes) {
-    const Ints isOfRow = laneNumbers<Ints>() + i < count;
-    const Floats each = unit * loadWords<kLanes>(row + 1 + i);
-    store(c + i, load<Floats>(c + i) + asFloats(asInts(each) & isOfRow));
+// Add what moving parts change to the coefficients of `caches` caches, at most kTurn, from `first` on.
+// [Size lit = caches * stride]
+inline void addChanges(const LightCachesJob& job, std::uint32_t first, std::uint32_t caches, int count, int stride,
+                       float* lit) {
+  constexpr float kMostScale = 2.0f;  // of a change that was found in other light
+  float scale[kTurn + kLanes];
+  for (std::uint32_t k = 0; k < caches; k += kLanes) {
+    const Ints node = load<Ints>(job.changeNode + first + k), changes = node >= 0;
+    const Floats perLuma = load<Floats>(job.changePerLuma + first + k);
+    Floats color[3];
+    scaledColors(gather(job.node, node & changes), perLuma, color);
+    const Floats now = min(0.25f * color[0], splat(kMostScale));
+    const Ints isScaled = perLuma > 0.0f;
+    store(scale + k, asFloats(((asInts(now) & isScaled) | (asInts(splat(1.0f)) & ~isScaled)) & changes));
+  }
+  for (std::uint32_t k = 0; k < caches; ++k, lit += stride) {
+    if (scale[k] == 0.0f) continue;
+    const std::uint16_t* row = rowOf(job.change, first + k);
+    const float unit = scale[k] * unitOf(row);
+    for (int i = 0; i < count; i += kLanes) {
+      const Ints isOfRow = laneNumbers<Ints>() + i < count;
+      const Floats each = unit * loadWords<kLanes>(row + 1 + i);
+      store(lit + i, load<Floats>(lit + i) + asFloats(asInts(each) & isOfRow));
+    }
   }
 }
 
@@ -39,8 +56,6 @@ inline void lightCachesOf(const LightCachesJob& job, std::uint32_t begin, std::u
   const ConeRow row = pick(job.lumaBands, job.chromaBands);
   const int luma = job.lumaBands * job.lumaBands, chroma = job.chromaBands * job.chromaBands;
   const int count = luma + 2 * chroma, stride = (count + kLanes - 1) / kLanes * kLanes;
-  // Several caches in turn, so that rounding one does not wait for its sums.
-  constexpr std::uint32_t kTurn = 8;
   alignas(64) float lit[kTurn * 3 * 64];
   for (int i = 0; i < static_cast<int>(kTurn) * stride; ++i) lit[i] = 0.0f;
   // Rows that whole vectors, stored from within one, reach behind it.
@@ -60,10 +75,7 @@ inline void lightCachesOf(const LightCachesJob& job, std::uint32_t begin, std::u
         row(job, cache, to);
       }
     }
-    if (job.changeScale != nullptr) {
-      for (std::uint32_t cache = first; cache < last; ++cache)
-        addChange(job, cache, count, lit + static_cast<std::uint32_t>(stride) * (cache - first));
-    }
+    if (job.changeNode != nullptr) addChanges(job, first, last - first, count, stride, lit);
     to = lit;
     for (std::uint32_t cache = first; cache < last; ++cache, to += stride)
       storeRow(to, count, cache + behind < end,

@@ -13,6 +13,7 @@ namespace relume::cpu {
 struct LinkCone {
   float axis[3] = {};                // unit
   float cosine = 0.0f, sine = 0.0f;  // of the half opening angle, at most pi / 2
+  bool isExact = false;              // no links that are nearly covered
 };
 
 // Links of a row that are looked at together.

@@ -34,7 +34,8 @@ void linksTowardRow(const LightCachesJob& job, const LinkCone& cone, std::uint32
     const Floats cosine = max(min(each.cosines(), splat(0.9995f)), splat(-0.9995f));
     const Floats along = cone.axis[0] * x + cone.axis[1] * y + cone.axis[2] * z;
     // Cones stand for clusters of any form, by their first band, and directions are rounded: take more to be looked at.
-    const Floats wide = max(1.25f * cosine - 0.29f, splat(-1.0f)), wide2 = max(1.0f - wide * wide, splat(1e-6f));
+    const Floats wide = cone.isExact ? cosine : max(1.25f * cosine - 0.29f, splat(-1.0f)),
+                 wide2 = max(1.0f - wide * wide, splat(1e-6f));
     const Ints meets =
         (along >= cone.cosine * wide - cone.sine * (wide2 * inverseSqrt(wide2))) | (wide <= -cone.cosine);
     std::uint64_t bits = laneBits(meets);

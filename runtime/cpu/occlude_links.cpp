@@ -23,27 +23,9 @@
 namespace relume::cpu {
 namespace {
 
-constexpr float kMinSolidAngle = 0.02f;  // [sr] of the sphere around a part
-// What reads the grid so near to a part, in radii of its sphere, is mostly the part itself, which must not stand in its
-// own light: parts act fully on caches of the grid from the second distance on, and not at all below the first.
-constexpr float kOwnSpace[2] = {1.5f, 3.0f};
-// A part alone before a cache that covers less than this is looked at by some rays, and links by how far its sphere
-// covers them; else links by rays of their own.
-constexpr float kFarSolidAngle = 0.06f;  // [sr]
-constexpr std::uint32_t kFarRays = 4;
-// On a disc of radius 1, in rings of equal area: direction and distance from its middle
-constexpr float kFarDisc[kFarRays][3] = {
-    {1.0f, 0.0f, 0.354f}, {-0.737f, 0.675f, 0.612f}, {0.087f, -0.996f, 0.791f}, {0.608f, 0.794f, 0.935f}};
 constexpr float kRays = 8.0f;                             // of links' own, spread over the sphere's cone, at least
 constexpr std::uint32_t kMostRays = SenderPoints::kMost;  // of a link
-constexpr float kMostScale = 2.0f;                        // of a change that was found in other light
 constexpr float kSenderEnd = 0.999f;  // of the way to a sender: the part behind it, or on it, hides nothing
-
-// (radius / distance)² of a sphere that covers kMinSolidAngle: 1 - cos² of the half opening angle.
-constexpr float kMinShare = [] {
-  const float cosine = 1.0f - kMinSolidAngle / (2.0f * std::numbers::pi_v<float>);
-  return 1.0f - cosine * cosine;
-}();
 
 LinksTowardKernel linksTowardKernel(Simd simd) {
   switch (chooseSimd(simd)) {
@@ -79,8 +61,6 @@ bool isBehind(const SenderPoints::Point& sender, const glm::vec3& place, const L
   return glm::dot(way, way) > distance * distance;
 }
 
-float lumaOf(std::uint32_t radiosity) { return rgbToYCoCg(unpackColor(radiosity)).x; }
-
 // f = y_0 * solid angle / pi, y_0 = 1 / sqrt(4 pi)
 constexpr float kSolidAngle = std::numbers::pi_v<float> / 0.282094792f;
 
@@ -92,16 +72,17 @@ struct OccludeLinks::Near {
     const PlacedPart* part;
     glm::vec3 offset;  // [m] of the sphere's middle
     float distance2, radius2;
+    float ball2;            // of a ball that is met in place of the part's voxels; 0 = none
     glm::vec3 placeInGrid;  // of the cache [voxels]
   };
   std::array<Part, kMaxMovingParts> part;
   std::array<LinkCone, kMaxMovingParts> cone;
   std::array<bool, kMaxMovingParts> isAround;  // the cache is within the part's sphere
   std::uint32_t count = 0;
-  float rayDensity = 0.0f;  // [1/sr]
-  bool onMap = false;       // the cache lies on a surface
-  float weight = 1.0f;      // of what is changed
-  bool isFar = false;       // of one part, which kFarSolidAngle says is far
+  float rayDensity = 0.0f;                  // [1/sr]
+  bool onMap = false;                       // the cache lies on a surface
+  float weight = 1.0f;                      // of what is changed
+  const PlacedParts::View* view = nullptr;  // of one part, which kFarSolidAngle says is far
 };
 
 // What parts hide of a link: its share, the radiosity times share that is there in its place, and the directions times
@@ -118,24 +99,13 @@ OccludeLinks::OccludeLinks(const Bake& bake, const Caches& caches, const LinkSet
       irradianceOnMap_(bake.links.kind == LinkKind::irradiance),
       toward_(knowDirections(bake.links.kind) ? linksTowardKernel(simd) : nullptr),
       points_(bake.hierarchy, bake.surfels, memory),
-      lag_(lag),
+      turns_(caches, lag, memory),
       change_(bands, caches.count(), caches.firstMapCache(), memory),
-      kept_(caches.count(), Kept{}, memory),
-      scale_(caches.count(), 0.0f, memory) {}
+      hiddenMost_(caches.count() + kLightRowRoom, kNotNear, memory),
+      perLuma_(hiddenMost_.size(), 0.0f, memory) {}
 
-// How much of what a cache sees parts near to it cover, as isTurnOf() counts it; 0 = none is near.
-float OccludeLinks::coveredBy(const PlacedParts& parts, std::uint32_t cache) const {
-  const glm::vec3 place = caches_.positionWorld[cache], normal = caches_.normal[cache];
-  const bool onMap = normal != glm::vec3(0.0f);
-  float covered = 0.0f;
-  for (const PlacedPart& part : parts.parts()) {
-    const glm::vec3 offset = part.centre - place;
-    const float d2 = glm::dot(offset, offset), r2 = part.radius * part.radius;
-    if (!(r2 > kMinShare * d2)) continue;
-    if (onMap ? glm::dot(normal, offset) <= -part.radius : d2 <= kOwnSpace[0] * kOwnSpace[0] * r2) continue;
-    covered += r2 < d2 ? r2 / d2 : 1.0f;
-  }
-  return covered;
+std::size_t OccludeLinks::bytes() const {
+  return points_.bytes() + turns_.bytes() + change_.bytes() + hiddenMost_.size() * 2 * sizeof(float);
 }
 
 bool OccludeLinks::findNear(const PlacedParts& parts, std::uint32_t cache, Near& near) const {
@@ -146,28 +116,33 @@ bool OccludeLinks::findNear(const PlacedParts& parts, std::uint32_t cache, Near&
   float smallest = 1.0f;  // share of the sphere, nearly
   for (std::size_t i = 0; i < parts.parts().size(); ++i) {
     const PlacedPart& part = parts.parts()[i];
-    const glm::vec3 offset = part.centre - place;
-    const float d2 = glm::dot(offset, offset), r2 = part.radius * part.radius;
-    if (!(r2 > kMinShare * d2)) continue;
-    if (near.onMap) {
-      if (glm::dot(caches_.normal[cache], offset) <= -part.radius) continue;
-    } else {
-      if (d2 <= kOwnSpace[0] * kOwnSpace[0] * r2) continue;
-      const float own = std::sqrt(d2 / r2) - kOwnSpace[0];
-      near.weight = std::min(near.weight, own / (kOwnSpace[1] - kOwnSpace[0]));
-    }
+    const PartSphere& sphere = part.sphere;
+    if (coveredBy(sphere, place, caches_.normal[cache]) == 0.0f) continue;
+    const glm::vec3 offset = sphere.centre - place;
+    const float d2 = glm::dot(offset, offset), r2 = sphere.radius * sphere.radius;
+    if (!near.onMap)
+      near.weight = std::min(near.weight, (std::sqrt(d2 / r2) - kOwnSpace[0]) / (kOwnSpace[1] - kOwnSpace[0]));
     const std::uint32_t n = near.count++;
-    near.part[n] = {&part, offset, d2, r2, part.pointInGrid(place)};
+    const float ball2 = sphere.ball * sphere.ball;
+    near.part[n] = {&part, offset, d2, r2, d2 > ball2 ? ball2 : 0.0f, part.pointInGrid(place)};
     smallest = std::min(smallest, r2 / d2);
     near.isAround[n] = !(r2 < d2);
     LinkCone& cone = near.cone[n];
     const float d = std::sqrt(d2);
     for (int k = 0; k < 3; ++k) cone.axis[k] = d > 0.0f ? offset[k] / d : 0.0f;
-    cone.sine = std::min(part.radius / d, 1.0f);
+    cone.isExact = false;
+    cone.sine = std::min(sphere.radius / d, 1.0f);
     cone.cosine = std::sqrt(std::max(1.0f - r2 / d2, 0.0f));
   }
   near.rayDensity = kRays / (std::numbers::pi_v<float> * smallest);
-  near.isFar = near.count == 1 && smallest < kFarSolidAngle / std::numbers::pi_v<float>;
+  near.view = nullptr;
+  if (near.count == 1) {
+    const PlacedPart& part = *near.part[0].part;
+    if (std::numbers::pi_v<float> * smallest < kFarSolidAngle[part.sphere.ball > 0.0f]) {
+      near.view = &parts.viewFrom(part, place);
+      near.cone[0].isExact = true;
+    }
+  }
   return near.count > 0;
 }
 
@@ -218,17 +193,27 @@ bool OccludeLinks::meet(const PlacedParts& parts, const Near& near, const glm::v
   for (std::uint32_t k = 0; k < near.count; ++k) {
     const Near::Part& each = near.part[k];
     const float along = glm::dot(each.offset, direction);
-    const float inside2 = each.radius2 - each.distance2 + along * along;  // half the chord, squared
+    const bool isBall = each.ball2 > 0.0f;
+    // Half the chord, squared, by the way to the ray: by the distance it would be less exact.
+    const glm::vec3 toRay = each.offset - along * direction;
+    const float inside2 = (isBall ? each.ball2 : each.radius2) - glm::dot(toRay, toRay);
     if (!(inside2 > 0.0f)) continue;
     const float half = std::sqrt(inside2);
     if (along + half <= 0.0f || along - half >= end) continue;
     const MovingShape& shape = *each.part->shape;
     const glm::vec3 inGrid = each.part->toGrid * direction;
-    const MarchHit hit =
-        VoxelMarch(shape.grid, shape.bits.data(), each.placeInGrid, inGrid).first(std::min(end, along + 1.1f * half));
-    if (!hit.found) continue;
-    end = hit.t;
-    radiosity = parts.lightAt(*each.part, hit.voxel, inGrid).seenFrom(hit.t, each.part->radius);
+    glm::ivec3 voxel;
+    if (isBall) {
+      end = along - half;
+      voxel = glm::clamp(glm::ivec3(each.placeInGrid + end * inGrid), glm::ivec3(0), shape.grid.voxels() - 1);
+    } else {
+      const MarchHit hit =
+          VoxelMarch(shape.grid, shape.bits.data(), each.placeInGrid, inGrid).first(std::min(end, along + 1.1f * half));
+      if (!hit.found) continue;
+      end = hit.t;
+      voxel = hit.voxel;
+    }
+    radiosity = parts.lightAt(*each.part, voxel, inGrid).seenFrom(end, each.part->sphere.radius);
     isMet = true;
   }
   return isMet;
@@ -274,43 +259,13 @@ OccludeLinks::Hidden OccludeLinks::look(const PlacedParts& parts, const Near& ne
   return hidden;
 }
 
-// What a part far off hides of its sphere, by rays spread over the cone toward it: the distance of what they meet as
-// well.
-OccludeLinks::Hidden OccludeLinks::lookAround(const PlacedParts& parts, const Near& near, float& distance) const {
-  const LinkCone& cone = near.cone[0];
-  const glm::vec3 axis(cone.axis[0], cone.axis[1], cone.axis[2]);
-  const glm::vec3 side =
-      glm::normalize(std::abs(axis.x) < 0.7f ? glm::vec3(0.0f, axis.z, -axis.y) : glm::vec3(-axis.z, 0.0f, axis.x));
-  const glm::vec3 up = glm::cross(axis, side);
-  Hidden hidden;
-  distance = 0.0f;
-  for (const auto& at : kFarDisc) {
-    // Where a lattice of equal areas has its points, on the disc that the sphere is from here
-    const float radius = cone.sine * at[2];
-    const glm::vec3 direction = glm::normalize(axis + radius * (at[0] * side + at[1] * up));
-    float t = std::numeric_limits<float>::infinity();
-    glm::vec3 radiosity;
-    if (!meet(parts, near, direction, t, radiosity)) continue;
-    hidden.share += 1.0f;
-    hidden.radiosity += radiosity;
-    hidden.direction += direction;
-    distance += t;
-  }
-  if (hidden.share == 0.0f) return hidden;
-  distance /= hidden.share;
-  hidden.radiosity /= hidden.share;
-  hidden.direction /= hidden.share;
-  hidden.share /= static_cast<float>(kFarRays);
-  return hidden;
-}
-
 // What a cache loses and gains, as one cone of light.
 struct OccludeLinks::Change {
   glm::vec3 color{0.0f};      // Y, Co, Cg: transfer times radiosity
   glm::vec3 direction{0.0f};  // times transfer
   float transfer = 0.0f;
-  std::uint32_t sender = 0;  // of which most is hidden
-  float hidden = 0.0f;       // of it: luma
+  std::uint32_t sender = 0x7FFFFFFFu;  // of which most is hidden; of those alike the first
+  float hidden = 0.0f;                 // of it: luma
 
   // Add it to a cache's coefficients. [Size c = bands.stride()]
   void addTo(const CacheBands& bands, int luma, int chroma, bool isIrradiance, float* c) const {
@@ -344,9 +299,17 @@ struct OccludeLinks::Change {
 // What parts change of the light of a cache; false where they change nothing.
 bool OccludeLinks::findChange(const PlacedParts& parts, std::span<const std::uint32_t> node, const LightCachesJob& job,
                               const Near& near, std::uint32_t cache, Change& change) const {
-  float distance = 0.0f, inFront = 0.0f;  // inFront: transfer that the sphere covers, of senders before a far part
-  const Hidden far = near.isFar ? lookAround(parts, near, distance) : Hidden{};
-  if (near.isFar && far.share == 0.0f) return false;
+  float inFront = 0.0f;  // transfer that the sphere covers, of senders before a far part
+  // Of a far part: what the sphere's directions have of it.
+  Hidden far;
+  float distance = 0.0f;
+  if (near.view != nullptr) {
+    if (near.view->share == 0.0f) return false;
+    distance = std::max(std::sqrt(near.part[0].distance2) - near.view->depth, 0.0f);
+    far.share = near.view->share;
+    far.radiosity = near.view->light.seenFrom(distance, near.part[0].part->sphere.radius);
+    far.direction = {near.cone[0].axis[0], near.cone[0].axis[1], near.cone[0].axis[2]};
+  }
   // A sender behind the part, which hides the share of it that the sphere does, as far as the part fills that.
   const auto behind = [&](const Candidate& each) {
     if (!isBehind(points_.point(each.node, 0, 1), caches_.positionWorld[cache], near.cone[0], distance)) {
@@ -372,26 +335,29 @@ bool OccludeLinks::findChange(const PlacedParts& parts, std::span<const std::uin
         each.node = row.node(at + index);
         each.transfer = row.transfer(at + index);
         each.share = toward.share[index];
-        if (!(each.transfer > 0.0f) || (near.isFar && !(each.share > 0.0f))) continue;
+        if (!(each.transfer > 0.0f) || (near.view != nullptr && !(each.share > 0.0f))) continue;
         points_.prefetch(each.node);
+        __builtin_prefetch(&node[each.node]);
         ++candidates;
       }
     }
     for (std::uint32_t i = 0; i < candidates; ++i) {
       Candidate& each = candidate[i];
-      const float wanted =
-          near.isFar ? 1.0f : std::min(kSolidAngle * each.transfer * near.rayDensity, 1.0f * kMostRays);
-      each.rays = std::clamp(static_cast<std::uint32_t>(wanted), 1u, std::min(points_.count(each.node), kMostRays));
+      each.rays = 1;
+      if (near.view == nullptr) {
+        const float wanted = std::min(kSolidAngle * each.transfer * near.rayDensity, 1.0f * kMostRays);
+        each.rays = std::clamp(static_cast<std::uint32_t>(wanted), 1u, std::min(points_.count(each.node), kMostRays));
+      }
       points_.prefetch(each.node, each.rays);
     }
     for (std::uint32_t i = 0; i < candidates; ++i) {
       const Candidate& each = candidate[i];
-      const Hidden hidden = near.isFar ? behind(each) : look(parts, near, cache, each);
+      const Hidden hidden = near.view != nullptr ? behind(each) : look(parts, near, cache, each);
       if (hidden.share == 0.0f) continue;
       const glm::vec3 taken = each.transfer * hidden.share * unpackColor(node[each.node]);
       change.color += each.transfer * hidden.radiosity - taken;
       const float luma = rgbToYCoCg(taken).x;
-      if (luma >= change.hidden) {
+      if (luma > change.hidden || (luma == change.hidden && each.node < change.sender)) {
         change.hidden = luma;
         change.sender = each.node;
       }
@@ -405,38 +371,43 @@ bool OccludeLinks::findChange(const PlacedParts& parts, std::span<const std::uin
 }
 
 // Find what parts change of a cache that is near.
-void OccludeLinks::lookAt(const PlacedParts& parts, std::span<const std::uint32_t> node, std::uint32_t cache) {
-  Near near;
+void OccludeLinks::lookAt(const PlacedParts& parts, std::span<const std::uint32_t> node, std::uint32_t cache,
+                          Near& near) {
   Change change;
-  Kept& kept = kept_[cache];
-  kept.sender = kNoChange;
+  hiddenMost_[cache] = kNoChange;
   if (!findNear(parts, cache, near) || !findChange(parts, node, {links_.rows()}, near, cache, change)) return;
-  kept.sender = change.sender;
-  kept.luma = lumaOf(node[change.sender]);
+  hiddenMost_[cache] = static_cast<std::int32_t>(change.sender);
+  const float luma = rgbToYCoCg(unpackColor(node[change.sender])).x;
+  perLuma_[cache] = luma > 0.0f ? 1.0f / luma : 0.0f;
   // The map's caches may have fewer bands.
   const CacheBands& bands = change_.bands();
   const bool isOfMap = cache >= change_.firstMapCache();
   const CacheBands held = isOfMap ? bands.ofMap() : bands;
-  std::array<float, 3 * kMaxCoefficients> c{};
+  std::array<float, 3 * kMaxCoefficients> c;
+  std::fill_n(c.begin(), bands.stride(), 0.0f);
   change.addTo(bands, held.lumaBands, held.chromaBands, isOfMap && irradianceOnMap_, c.data());
   change_.write(cache, c.data());
 }
 
 void OccludeLinks::look(const PlacedParts& parts, std::span<const std::uint32_t> node, std::uint32_t begin,
                         std::uint32_t end) {
+  Near near;
   for (std::uint32_t cache = begin; cache < end; ++cache) {
-    Kept& kept = kept_[cache];
-    const float covered = coveredBy(parts, cache);
-    if (covered == 0.0f) {
-      kept.sender = kNotNear;
-    } else if (frame_ == 0 || kept.sender == kNotNear || isTurnOf(cache, frame_, covered, lag_)) {
-      lookAt(parts, node, cache);
+    const std::uint32_t block = cache / LookTurns::kBlock;
+    if (turns_.leastPeriods()[block] == 0) {
+      const std::uint32_t blockEnd = std::min(end, (block + 1) * LookTurns::kBlock);
+      std::fill(hiddenMost_.begin() + cache, hiddenMost_.begin() + blockEnd, kNotNear);
+      cache = blockEnd - 1;
+      continue;
     }
-    float& scale = scale_[cache];
-    if (kept.sender >= kNoChange) {
-      scale = 0.0f;
-    } else {
-      scale = kept.luma > 0.0f ? std::min(lumaOf(node[kept.sender]) / kept.luma, kMostScale) : 1.0f;
+    if (!turns_.mayHaveTurn(cache)) continue;
+    float covered = 0.0f;
+    for (const PartSphere& part : parts.spheres())
+      covered += coveredBy(part, caches_.positionWorld[cache], caches_.normal[cache]);
+    if (covered == 0.0f) {
+      hiddenMost_[cache] = kNotNear;
+    } else if (hiddenMost_[cache] == kNotNear || turns_.hasTurn(cache, covered)) {
+      lookAt(parts, node, cache, near);
     }
   }
 }

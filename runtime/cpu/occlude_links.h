@@ -2,7 +2,8 @@
 // Moving parts before links (PIC Section 6): a cache for which the sphere around a part covers more than 0.02 sr looks
 // at its links inside the cone toward that sphere. What a part hides of a link has the part's radiosity in place of the
 // sender's: of near parts the share of rays, from the cache to places on the sender, that meet the part; of far ones
-// the share of the link's cone that the sphere covers, as far as some rays say that the part fills it.
+// the share of the link's cone that the sphere covers, as far as a view of the part says that it fills it
+// (runtime/moving/shape_views.h).
 //
 // What stands still is before the part where a ray ends at its sender before it gets there: the part is not met, and
 // the link stays as it was. Senders are what caches see, so that is what standing geometry hides; no voxels of the
@@ -18,6 +19,7 @@
 #include "runtime/cpu/links_toward_job.h"
 #include "runtime/cpu/placed_parts.h"
 #include "runtime/shared/link_set.h"
+#include "runtime/shared/look_turns.h"
 #include "runtime/shared/sender_points.h"
 #include "runtime/shared/stored_light.h"
 
@@ -38,39 +40,30 @@ class OccludeLinks {
   OccludeLinks(const Bake& bake, const Caches& caches, const LinkSet& links, const CacheBands& bands, std::uint32_t lag,
                Simd simd, std::pmr::memory_resource* memory);
 
-  // A frame begins. hasParts: without, what is kept is of no use any more.
-  void begin(bool hasParts) { frame_ = hasParts ? frame_ + 1 : kForget; }
-  void forget() { frame_ = kForget; }
+  LookTurns& turns() { return turns_; }
   // Find what parts change of the caches [begin, end). node: radiosity (runtime/shared/pack_color.h). Ranges that are
   // apart may be found at the same time.
   void look(const PlacedParts& parts, std::span<const std::uint32_t> node, std::uint32_t begin, std::uint32_t end);
-  // What caches gain, as their coefficients, times scales of which 0 = nothing. [Size scale = caches]
+  // What caches gain, as their coefficients, of which node parts hide most, negative where they change nothing, and
+  // 1 / its luma when that was found; 0 = the change is not scaled.
   const StoredLight& change() const { return change_; }
-  std::span<const float> scale() const { return scale_; }
-  std::size_t bytes() const {
-    return points_.bytes() + change_.bytes() + kept_.size() * (sizeof(Kept) + sizeof(float));
-  }
+  std::span<const std::int32_t> hiddenMost() const { return hiddenMost_; }
+  std::span<const float> perLuma() const { return perLuma_; }
+  std::size_t bytes() const;
 
  private:
   struct Near;
   struct Hidden;
   struct Change;
   struct Candidate;
-  // Of a cache: the sender that parts hide most of, and its luma when that was found; 0 = the change is not scaled.
-  struct Kept {
-    std::uint32_t sender = kNotNear;
-    float luma = 0.0f;
-  };
-  static constexpr std::uint32_t kForget = ~0u, kNotNear = ~0u, kNoChange = ~1u;
-  float coveredBy(const PlacedParts& parts, std::uint32_t cache) const;
-  void lookAt(const PlacedParts& parts, std::span<const std::uint32_t> node, std::uint32_t cache);
+  static constexpr std::int32_t kNoChange = -1, kNotNear = -2;
+  void lookAt(const PlacedParts& parts, std::span<const std::uint32_t> node, std::uint32_t cache, Near& near);
   bool findNear(const PlacedParts& parts, std::uint32_t cache, Near& near) const;
   bool findChange(const PlacedParts& parts, std::span<const std::uint32_t> node, const LightCachesJob& job,
                   const Near& near, std::uint32_t cache, Change& change) const;
   struct Toward;
   void findToward(const LightCachesJob& job, const Near& near, std::uint32_t cache, std::uint32_t begin,
                   std::uint32_t count, Toward& toward) const;
-  Hidden lookAround(const PlacedParts& parts, const Near& near, float& distance) const;
   bool meet(const PlacedParts& parts, const Near& near, const glm::vec3& direction, float& end,
             glm::vec3& radiosity) const;
   Hidden look(const PlacedParts& parts, const Near& near, std::uint32_t cache, const Candidate& candidate) const;
@@ -80,10 +73,10 @@ class OccludeLinks {
   bool irradianceOnMap_;      // links of the map's caches weigh by the cosine at the cache
   LinksTowardKernel toward_;  // null = links know no direction, the senders' spheres are looked at
   SenderPoints points_;
-  std::uint32_t lag_, frame_ = kForget;  // frame_: counted from one in which all near caches were looked at
+  LookTurns turns_;
   StoredLight change_;
-  std::pmr::vector<Kept> kept_;    // [Size caches]
-  std::pmr::vector<float> scale_;  // [Size caches]
+  std::pmr::vector<std::int32_t> hiddenMost_;  // [Size caches, and kLightRowRoom more]
+  std::pmr::vector<float> perLuma_;            // of as many
 };
 
 }  // namespace relume::cpu

@@ -22,8 +22,10 @@ constexpr std::uint32_t kPatches = 64;  // of a task
 }  // namespace
 
 PlacedParts::PlacedParts(std::uint32_t most, std::pmr::memory_resource* memory)
-    : part_(memory), partOf_(memory), light_(memory) {
+    : part_(memory), sphere_(memory), partOf_(memory), light_(memory), view_(memory) {
   part_.reserve(most);
+  sphere_.reserve(most);
+  view_.reserve(kViews * std::size_t{most});
 }
 
 void PlacedParts::reserve(const LightSetup& setup) {
@@ -36,6 +38,7 @@ void PlacedParts::reserve(const LightSetup& setup) {
 void PlacedParts::place(const LightSetup& setup, const Caches& caches, const CacheLight* light,
                         const ParallelFor& parallelFor) {
   part_.clear();
+  sphere_.clear();
   partOf_.clear();
   for (const MovingPart& each : setup.movingParts) {
     PlacedPart part;
@@ -45,6 +48,7 @@ void PlacedParts::place(const LightSetup& setup, const Caches& caches, const Cac
     part.firstPatch = static_cast<std::uint32_t>(partOf_.size());
     partOf_.insert(partOf_.end(), shape.patch.size(), static_cast<std::uint32_t>(part_.size()));
     part_.push_back(part);
+    sphere_.push_back(part.sphere);
   }
   light_.resize(partOf_.size());
   forChunks(parallelFor, static_cast<std::uint32_t>(partOf_.size()), kPatches,
@@ -59,6 +63,23 @@ void PlacedParts::place(const LightSetup& setup, const Caches& caches, const Cac
       area += each;
     }
     if (area > 0.0f) part.mean = {sum.own / area, sum.bounced / area};
+  }
+  view_.resize(kViews * part_.size());
+  for (std::size_t i = 0; i < part_.size(); ++i) lightViews(part_[i], view_.data() + kViews * i);
+}
+
+void PlacedParts::lightViews(const PlacedPart& part, View* view) const {
+  const glm::mat3 linear(part.toWorld[0], part.toWorld[1], part.toWorld[2]);
+  const float viewShare = part.viewShare(*part.shape), viewDepth = part.viewDepth(*part.shape);
+  for (std::uint32_t v = 0; v < kViews; ++v) {
+    const ShapeView& seen = part.shape->view[v];
+    View& each = view[v];
+    each = {{}, viewShare * seen.share / glm::length(linear * directionOfView(v)), viewDepth * seen.depth};
+    for (std::uint32_t i = 0; i < kViewPatches && seen.weight[i] > 0.0f; ++i) {
+      const PatchLight& patch = seen.patch[i] == kNoPatch ? part.mean : light_[part.firstPatch + seen.patch[i]];
+      each.light.own += seen.weight[i] * patch.own;
+      each.light.bounced += seen.weight[i] * patch.bounced;
+    }
   }
 }
 
@@ -110,23 +131,13 @@ void PlacedParts::lightPatches(const LightSetup& setup, const Caches& caches, co
 
 const PatchLight& PlacedParts::lightAt(const PlacedPart& part, const glm::ivec3& voxel,
                                        const glm::vec3& direction) const {
-  const std::size_t first = part.shape->firstPatch(voxel);
-  const PatchLight* found = &part.mean;
-  float best = 0.0f;
-  for (std::size_t i = 0; i < kPatchFacings; ++i) {
-    const std::uint32_t patch = part.shape->patchOf[first + i];
-    if (patch == kNoPatch) continue;
-    const float facing = -glm::dot(direction, part.shape->patch[patch].normal);
-    if (facing <= best) continue;
-    best = facing;
-    found = &light_[part.firstPatch + patch];
-  }
-  return *found;
+  const std::uint32_t patch = part.shape->patchToward(voxel, direction);
+  return patch == kNoPatch ? part.mean : light_[part.firstPatch + patch];
 }
 
 std::size_t PlacedParts::bytes() const {
-  return sizeof(PlacedPart) * part_.capacity() + sizeof(std::uint32_t) * partOf_.capacity() +
-         sizeof(PatchLight) * light_.capacity();
+  return (sizeof(PlacedPart) + sizeof(PartSphere)) * part_.capacity() + sizeof(std::uint32_t) * partOf_.capacity() +
+         sizeof(PatchLight) * light_.capacity() + sizeof(View) * view_.capacity();
 }
 
 }  // namespace relume::cpu

@@ -52,17 +52,31 @@ class PlacedParts {
   void place(const LightSetup& setup, const Caches& caches, const CacheLight* light, const ParallelFor& parallelFor);
 
   std::span<const PlacedPart> parts() const { return part_; }
+  std::span<const PartSphere> spheres() const { return sphere_; }  // of the same
   // What a ray of this direction, in the axes of the shape and of any length, meets in a voxel of it.
   const PatchLight& lightAt(const PlacedPart& part, const glm::ivec3& voxel, const glm::vec3& direction) const;
+  // What a part shows a place that is far from it.
+  struct View {
+    PatchLight light;
+    float share = 0.0f;  // of the sphere's disc
+    float depth = 0.0f;  // [m] before the sphere's middle
+  };
+  const View& viewFrom(const PlacedPart& part, const glm::vec3& place) const {
+    return view_[kViews * static_cast<std::size_t>(&part - part_.data()) +
+                 viewAlong(part.toGrid * (place - part.sphere.centre))];
+  }
   std::size_t bytes() const;
 
  private:
+  void lightViews(const PlacedPart& part, View* view) const;
   void lightPatches(const LightSetup& setup, const Caches& caches, const CacheLight* light, std::uint32_t begin,
                     std::uint32_t end);
 
   std::pmr::vector<PlacedPart> part_;
+  std::pmr::vector<PartSphere> sphere_;
   std::pmr::vector<std::uint32_t> partOf_;  // [Size patches] of each patch
   std::pmr::vector<PatchLight> light_;      // [Size patches] of all parts
+  std::pmr::vector<View> view_;             // [Size parts * kViews]
 };
 
 }  // namespace relume::cpu

@@ -5,6 +5,8 @@
 #include "formats/compact_links.h"
 #include "formats/pack.h"
 
+#include <bit>
+
 namespace relume::cpu {
 namespace {
 
@@ -29,7 +31,8 @@ std::uint32_t RowReader::node(std::uint32_t link) {
 }
 
 float RowReader::transfer(std::uint32_t link) const {
-  if (rows_.kind == kRepackedLinks) return unpackTransfer(std::uint32_t{rows_.transfer[link]} << 4);
+  // Bits 6 to 13 of a half that never is denormal (runtime/shared/link_set.cpp): a float's, 2^112 too small.
+  if (rows_.kind == kRepackedLinks) return std::bit_cast<float>(std::uint32_t{rows_.transfer[link]} << 19) * 0x1p112f;
   if (is(rows_, LinkKind::sh)) return unpackHalf(rows_.shCoefficients[std::size_t{rows_.shStride} * link]);
   if (is(rows_, LinkKind::cone))
     return unpackHalf(static_cast<std::uint16_t>(rows_.cone[3 * std::size_t{link} + 1] & 0xFFFFu));

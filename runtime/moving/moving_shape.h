@@ -3,8 +3,10 @@
 // that are lit once a frame.
 #pragma once
 
+#include "runtime/moving/shape_views.h"
 #include "runtime/voxels/voxel_grid.h"
 
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
 #include <array>
@@ -34,9 +36,11 @@ struct MovingShape {
   std::vector<std::uint64_t> bits;     // [Size cells] brickBit() of each voxel that the surface passes
   glm::vec3 centre{0.0f};              // [m] of a sphere around all vertices
   float radius = 0.0f;                 // [m]
+  float ball = 0.0f;                   // [m] radius of a ball of its outline, where that fills the sphere's; else 0
   glm::ivec3 boxes{1};                 // of patches, along each axis
   std::vector<std::uint32_t> patchOf;  // [Size boxes * kPatchFacings] index of the patch, or kNoPatch
   std::vector<ShapePatch> patch;
+  std::vector<ShapeView> view;  // [Size kViews]
 
   // Where the patches of a voxel's box are in patchOf. [within grid]
   std::size_t firstPatch(const glm::ivec3& voxel) const {
@@ -44,6 +48,21 @@ struct MovingShape {
     static_assert(kPatchBricks * kBrickSide == 1 << kShift);
     const int at = ((voxel.z >> kShift) * boxes.y + (voxel.y >> kShift)) * boxes.x + (voxel.x >> kShift);
     return kPatchFacings * static_cast<std::size_t>(at);
+  }
+  // Of a voxel's box the patch that faces a ray of this direction most, of any length; kNoPatch = none does.
+  std::uint32_t patchToward(const glm::ivec3& voxel, const glm::vec3& direction) const {
+    const std::size_t first = firstPatch(voxel);
+    std::uint32_t found = kNoPatch;
+    float best = 0.0f;
+    for (std::size_t i = 0; i < kPatchFacings; ++i) {
+      const std::uint32_t each = patchOf[first + i];
+      if (each == kNoPatch) continue;
+      const float facing = -glm::dot(direction, patch[each].normal);
+      if (facing <= best) continue;
+      best = facing;
+      found = each;
+    }
+    return found;
   }
 };
 

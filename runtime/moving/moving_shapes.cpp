@@ -139,6 +139,7 @@ Result<MovingShape> makeShape(const MovingMesh& mesh, std::size_t index) {
                      static_cast<std::uint32_t>(mesh.triangle.size()), triangles, counts))
     return refused(index, "makes too many triangles of at most 8 voxels");
   voxelise(triangles, surfaces.surface, shape);
+  makeViews(shape);
   return shape;
 }
 
@@ -168,7 +169,7 @@ std::size_t MovingShapes::count() const { return state_->shape.size(); }
 std::size_t MovingShapes::bytes() const {
   const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
   std::size_t sum = bytes(state_->shape);
-  for (const MovingShape& s : state_->shape) sum += bytes(s.bits) + bytes(s.patchOf) + bytes(s.patch);
+  for (const MovingShape& s : state_->shape) sum += bytes(s.bits) + bytes(s.patchOf) + bytes(s.patch) + bytes(s.view);
   return sum;
 }
 

@@ -23,6 +23,11 @@ float largestScale(const glm::mat3& m) {
 
 }  // namespace
 
+float ShapePlace::viewShare(const MovingShape& shape) const {
+  const float size = shape.radius / sphere.radius;
+  return std::abs(glm::determinant(glm::mat3(toWorld[0], toWorld[1], toWorld[2]))) * size * size;
+}
+
 bool placeShape(const MovingShape& shape, const glm::mat4x3& toWorld, ShapePlace& place) {
   const glm::mat3 linear(toWorld[0], toWorld[1], toWorld[2]);
   const glm::dmat3 inverse = glm::inverse(glm::dmat3(linear));
@@ -33,8 +38,12 @@ bool placeShape(const MovingShape& shape, const glm::mat4x3& toWorld, ShapePlace
   place.toWorld = toWorld;
   place.toShape = glm::mat3(inverse);
   place.toGrid = place.toShape / shape.grid.voxel;
-  place.centre = linear * shape.centre + toWorld[3];
-  place.radius = largestScale(linear) * shape.radius;
+  place.sphere.centre = linear * shape.centre + toWorld[3];
+  const float scale = largestScale(linear);
+  place.sphere.radius = scale * shape.radius;
+  // Not flattened either
+  const bool isFlattened = std::abs(glm::determinant(linear)) < 0.9f * scale * scale * scale;
+  place.sphere.ball = isFlattened ? 0.0f : scale * shape.ball;
   return true;
 }
 

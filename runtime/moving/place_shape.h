@@ -3,6 +3,7 @@
 #pragma once
 
 #include "runtime/moving/moving_shape.h"
+#include "runtime/shared/look_turns.h"
 
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x3.hpp>
@@ -14,8 +15,12 @@ struct ShapePlace {
   glm::mat4x3 toWorld{1.0f};
   glm::mat3 toShape{1.0f};  // of directions
   glm::mat3 toGrid{1.0f};   // of directions [voxels/m]
-  glm::vec3 centre{0.0f};   // [m] of a sphere around it
-  float radius = 0.0f;      // [m]
+  PartSphere sphere;
+
+  // A body's outline times its length along a view is what its volume is multiplied with: ShapeView::share times
+  // viewShare() over that length is the share of the sphere's disc here.
+  float viewShare(const MovingShape& shape) const;
+  float viewDepth(const MovingShape& shape) const { return sphere.radius / shape.radius; }
 };
 
 // False where its transform has no inverse.

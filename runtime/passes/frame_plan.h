@@ -10,6 +10,7 @@
 #include "runtime/passes/programs.h"
 #include "runtime/shared/driven_emission.h"
 #include "runtime/shared/grid_texture.h"
+#include "runtime/shared/look_turns.h"
 #include "runtime/shared/memory.h"
 
 #include <glm/vec4.hpp>
@@ -101,7 +102,7 @@ class FramePlan {
   GpuFrame fill();
   void reset() {
     lit_ = false;
-    moving_.frame = ~0u;
+    if (moving_.turns) moving_.turns->forget();
   }
 
  private:
@@ -116,14 +117,17 @@ class FramePlan {
 
   // What moving parts need. (plan_moving.cpp)
   struct Moving {
-    explicit Moving(std::pmr::memory_resource* memory) : part(memory), shapeWord(memory), firstWord(memory) {}
+    explicit Moving(std::pmr::memory_resource* memory)
+        : part(memory), sphere(memory), shapeWord(memory), firstWord(memory) {}
 
     std::uint32_t most = 0;                // parts of a frame; 0 = the rest is not there
     std::uint32_t points = 0, places = 0;  // SenderWords
     std::uint32_t firstLight = 0;          // vec4 of the parts' light
-    std::uint32_t lag = 1, frame = ~0u;    // frame: counted from one in which all near caches were looked at
+    std::uint32_t firstView = 0;           // vec4 of their views' light
+    std::optional<LookTurns> turns;
     std::uint32_t lightSet = 0, cachesPerGroup = 1;
-    std::pmr::vector<gl::RelumePart> part;  // of the frame; keeps its memory
+    std::pmr::vector<gl::RelumePart> part;  // of the frame; these keep their memory
+    std::pmr::vector<PartSphere> sphere;
     std::pmr::vector<std::uint32_t> shapeWord, firstWord;
     std::uint64_t shapes = 0;  // MovingShapes::id() of what is packed
     bool isPacked = false;     // and is not yet on the device

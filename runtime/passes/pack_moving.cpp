@@ -9,6 +9,9 @@
 namespace relume::gpu {
 namespace {
 
+static_assert(RELUME_VIEW_SIDE == kViewSide && RELUME_VIEWS == kViews && RELUME_VIEW_PATCHES == kViewPatches &&
+              RELUME_VIEW_WORDS == 2 + 2 * kViewPatches);
+
 using Words = std::pmr::vector<std::uint32_t>;
 
 void add(Words& words, float v) { words.push_back(std::bit_cast<std::uint32_t>(v)); }
@@ -44,6 +47,12 @@ void packShape(const MovingShape& shape, Words& words) {
   for (const ShapePatch& patch : shape.patch) {
     for (const glm::vec3& each : {patch.position, patch.normal, patch.albedo, patch.emission}) add(words, each);
     add(words, patch.area);
+  }
+  for (const ShapeView& view : shape.view) {
+    add(words, view.share);
+    add(words, view.depth);
+    words.insert(words.end(), view.patch.begin(), view.patch.end());
+    for (const float weight : view.weight) add(words, weight);
   }
 }
 
@@ -87,9 +96,12 @@ gl::RelumePart packPart(const MovingShape& shape, const ShapePlace& place, std::
   part.toGridZ = place.toGrid[2];
   part.shape = firstWord;
   part.firstPatch = firstPatch;
-  part.centre = place.centre;
-  part.radius = place.radius;
+  part.centre = place.sphere.centre;
+  part.radius = place.sphere.radius;
   part.origin = place.toWorld[3];
+  part.ball = place.sphere.ball;
+  part.viewShare = place.viewShare(shape);
+  part.viewDepth = place.viewDepth(shape);
   part.voxel = shape.grid.voxel;
   part.gridOrigin = shape.grid.originWorld / shape.grid.voxel;
   part.toWorldX = place.toWorld[0];

@@ -11,8 +11,6 @@
 namespace relume::gpu {
 namespace {
 
-constexpr std::uint32_t kForget = ~0u;  // the frame before the first
-
 template <class T>
 std::span<const std::byte> bytesOf(const std::pmr::vector<T>& array) {
   return std::as_bytes(std::span(array.data(), array.size()));
@@ -22,12 +20,14 @@ std::span<const std::byte> bytesOf(const std::pmr::vector<T>& array) {
 
 void FramePlan::makeMovingBuffers(std::uint32_t parts, std::uint32_t lag) {
   moving_.most = parts;
-  moving_.lag = lag;
   if (parts == 0) return;
+  moving_.turns.emplace(bake_.caches, lag, memory_);
   SenderWords senders = packSenderPoints(bake_, memory_);
   moving_.points = senders.points;
   moving_.places = senders.places;
   moving_.firstLight = 2 * bake_.caches.count();
+  moving_.firstView = moving_.firstLight + 2 * parts * (1 + kMaxShapePatches);
+  moving_.sphere.reserve(parts);
   moving_.part.reserve(parts);
   moving_.shapeWord.reserve(1);
   // Buffers of a grid's texture that is not there come before.
@@ -39,7 +39,7 @@ void FramePlan::makeMovingBuffers(std::uint32_t parts, std::uint32_t lag) {
   addBuffer(kMovingShapes, "moving shapes", GpuUse::frame, {});
   // A mean a part, and as many patches as a shape may have.
   addBuffer(kMovingLight, "light of moving parts", GpuUse::light, {},
-            (moving_.firstLight + 2 * std::size_t{parts} * (1 + kMaxShapePatches)) * sizeof(glm::vec4));
+            (moving_.firstView + 2 * std::size_t{parts} * kViews) * sizeof(glm::vec4));
 }
 
 Status FramePlan::checkShapes(const LightSetup& setup) const {
@@ -65,21 +65,26 @@ void FramePlan::reserveMoving(const LightSetup& setup) {
 // whether there are some.
 bool FramePlan::addMoving(const LightSetup& setup, bool bounces) {
   moving_.part.clear();
+  moving_.sphere.clear();
   // Without parts, what is kept of caches is of no use any more.
-  moving_.frame = setup.movingParts.empty() ? kForget : moving_.frame + 1;
-  if (setup.movingParts.empty()) return false;
+  if (setup.movingParts.empty()) {
+    if (moving_.turns) moving_.turns->forget();
+    return false;
+  }
   std::uint32_t patches = 0;
   for (const MovingPart& each : setup.movingParts) {
     const MovingShape& shape = setup.movingShapes->shape(each.shape);
     ShapePlace place;
     if (!placeShape(shape, each.toWorld, place)) continue;
     moving_.part.push_back(packPart(shape, place, moving_.firstWord[each.shape], moving_.most + patches));
+    moving_.sphere.push_back(place.sphere);
     patches += static_cast<std::uint32_t>(shape.patch.size());
   }
   if (moving_.part.empty()) {
-    moving_.frame = kForget;
+    moving_.turns->forget();
     return false;
   }
+  moving_.turns->begin({moving_.sphere.data(), moving_.sphere.size()});
   if (moving_.isPacked) uploads_.push_back({false, kMovingShapes, 0, bytesOf(moving_.shapeWord)});
   moving_.isPacked = false;
   uploads_.push_back({false, kMovingParts, 0, bytesOf(moving_.part)});
@@ -89,6 +94,7 @@ bool FramePlan::addMoving(const LightSetup& setup, bool bounces) {
   light.relumeEndPart = parts;
   light.relumeFirstLight = moving_.firstLight;
   light.relumeLightCount = static_cast<std::uint32_t>(lights_.size());
+  light.relumeFirstView = moving_.firstView;
   light.relumeBounceScale = bounces ? setup.bounceScale : 0.0f;
   dispatch(GpuPass::movingParts, moving_.lightSet, light, &gl::RelumePartLightParameters::relumeFirstPart, 0, parts, 1,
            false);
@@ -100,8 +106,10 @@ bool FramePlan::addMoving(const LightSetup& setup, bool bounces) {
     parameters.relumeFirstLight = moving_.firstLight;
     parameters.relumePoints = moving_.points;
     parameters.relumePlaces = moving_.places;
-    parameters.relumeFrame = moving_.frame;
-    parameters.relumeLag = moving_.lag;
+    parameters.relumeFirstView = moving_.firstView;
+    parameters.relumeFrame = moving_.turns->frame();
+    parameters.relumeLag = moving_.turns->lag();
+    parameters.relumeEachFrame = moving_.turns->eachFrame();
     dispatch(GpuPass::movingParts, batch.occludeSet, parameters, &gl::RelumeOccludeParameters::relumeFirstCache,
              links.firstCache, links.endCache, moving_.cachesPerGroup, waits);
     waits = false;

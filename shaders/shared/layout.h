@@ -40,7 +40,7 @@
 #define RELUME_SLOT_SENDER_POINTS 5  // occlusion: points of each node, all points, positions and normals of caches
 #define RELUME_SLOT_SHAPES 6         // occlusion: words of shapes
 #define RELUME_SLOT_MOVING_LIGHT \
-  7  // caches (in), light of parts (out), occlusion (in, out): two vec4 a cache, a part and a patch
+  7  // caches (in), light of parts (out), occlusion (in, out): two vec4 a cache, a part, a patch and a view
 #define RELUME_PART_GROUP 64  // threads of a work group that lights a part
 // Words of a shape: bricks along x, y, z; boxes of patches along x, y, z; first words of the boxes and of the patches;
 // how many patches; two words a brick. Each box has six numbers of patches, kRelumeNone = none.
@@ -49,6 +49,11 @@
 #define RELUME_SHAPE_PATCHES 7u
 #define RELUME_SHAPE_PATCH_COUNT 8u
 #define RELUME_SHAPE_BITS 9u
+// Behind the patches come the views (runtime/moving/shape_views.h): share, depth, numbers of patches, their weights.
+#define RELUME_VIEW_SIDE 12u
+#define RELUME_VIEWS 144u
+#define RELUME_VIEW_PATCHES 4u
+#define RELUME_VIEW_WORDS 10u
 // Words of a patch: position, normal, albedo, emission, area.
 #define RELUME_PATCH_NORMAL 3u
 #define RELUME_PATCH_ALBEDO 6u
@@ -302,15 +307,15 @@ struct RelumePart {
   vec3 toGridY;
   uint firstPatch;  // among all patches of the frame, past the means of as many parts as there may be
   vec3 toGridZ;
-  float radius;  // [m] of the sphere around it
-  vec3 centre;   // [m]
-  float voxel;   // [m] in the shape's own axes
-  vec3 origin;   // [m] the translation
-  float unused;
+  float radius;     // [m] of the sphere around it
+  vec3 centre;      // [m]
+  float voxel;      // [m] in the shape's own axes
+  vec3 origin;      // [m] the translation
+  float ball;       // [m] PartSphere::ball
   vec3 gridOrigin;  // [voxels] of the shape's grid, from its own origin
-  float unused2;
-  vec3 toWorldX;  // columns: from the shape's axes
-  float unused3;
+  float viewShare;  // ShapePlace::shareOf() of a view, times its length along the view
+  vec3 toWorldX;    // columns: from the shape's axes
+  float viewDepth;  // scale of the depth of views
   vec3 toWorldY;
   float unused4;
   vec3 toWorldZ;
@@ -406,17 +411,21 @@ struct RelumeSurfels {
 // relumeFirstLight: vec4 of the first part's light. relumeBounceScale: 0 also in the first frame.
 #define RELUME_PART_LIGHT_PARAMETERS(P) \
   P(uint, relumeFirstPart)              \
-  P(uint, relumeEndPart) P(uint, relumeFirstLight) P(uint, relumeLightCount) P(float, relumeBounceScale)
+  P(uint, relumeEndPart)                \
+  P(uint, relumeFirstLight) P(uint, relumeLightCount) P(float, relumeBounceScale) P(uint, relumeFirstView)
 
-// relumePoints, relumePlaces: first words of the points and of the caches' places.
+// relumeFirstView: vec4 of the views' light. relumePoints, relumePlaces: first words of the points and of the caches'
+// places.
 #define RELUME_OCCLUDE_PARAMETERS(P) \
   RELUME_BATCH_PARAMETERS(P)         \
   P(uint, relumePartCount)           \
   P(uint, relumeFirstLight)          \
   P(uint, relumePoints)              \
   P(uint, relumePlaces)              \
+  P(uint, relumeFirstView)           \
   P(uint, relumeFrame)               \
-  P(uint, relumeLag)
+  P(uint, relumeLag)                 \
+  P(float, relumeEachFrame)
 
 #define RELUME_FILL_PARAMETERS(P) P(uvec3, relumeResolution) P(uint, relumeFirst) P(uint, relumeEnd)
 
@@ -462,7 +471,7 @@ static_assert(sizeof(RelumeDriveParameters) == 24 && sizeof(RelumeSurfelParamete
               sizeof(RelumeCacheParameters) == 36 && sizeof(RelumeFillParameters) == 20);
 static_assert(offsetof(RelumeSurfelParameters, relumeSkyRadiance) == 64 &&
               offsetof(RelumeSurfelParameters, relumeMapSize) == 80);
-static_assert(sizeof(RelumePartLightParameters) == 20 && sizeof(RelumeOccludeParameters) == 48);
+static_assert(sizeof(RelumePartLightParameters) == 24 && sizeof(RelumeOccludeParameters) == 56);
 static_assert(sizeof(RelumePart) == 144 && offsetof(RelumePart, centre) == 48 && offsetof(RelumePart, toWorldZ) == 128);
 static_assert(sizeof(RelumeSurfels) == 32);
 static_assert(sizeof(RelumeEmitter) == 32 && offsetof(RelumeEmitter, tap) == 16);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a moving ball costs a frame: milliseconds without it and with it, the least mean of 16 frames of many in which
-// the two take turns and the ball goes on a little, beside the cache pass alone. Of the CPU backend on one thread,
+// What a moving ball costs a frame: milliseconds without it and with it, the least mean of 16 frames in a
+// row in which the ball goes on a little, beside the cache pass alone. Of the CPU backend on one thread,
 // processor time; of OpenGL, where there is some, wall clock from relight() until the driver has done. With all near
 // caches looked at in every frame (lag 1), and in turns. Then, for a ball that goes 1 m/s at 60 frames a second, how
 // far light in turns is from light of all: squared difference of the map's coefficients as a share of what the ball
@@ -107,8 +107,8 @@ void measure(const char* name, const Bake& bake, const RelightOptions& options, 
   double least[2] = {1e9, 1e9}, caches = 1e9, parts = 1e9;
   for (int run = 0; run * kMean < frames; ++run) {
     double sum[2] = {};
-    for (int frame = 0; frame < kMean; ++frame) {
-      for (const bool with : {false, true}) {
+    for (const bool with : {false, true}) {
+      for (int frame = 0; frame < kMean; ++frame) {
         const glm::vec3 move(0.1f * ball.radius * std::sin(0.3f * static_cast<float>(run * kMean + frame)));
         const double begin = now();
         each.relight(with, move, with);

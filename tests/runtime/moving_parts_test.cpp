@@ -220,8 +220,7 @@ double squared(const std::vector<float>& a, const std::vector<float>& b) {
   return sum;
 }
 
-// Caches have their turns: a step is seen by most of what it changes in its frame, and by all within movingLag frames,
-// to the bit.
+// Caches have their turns: not all see a step at once, but all do within movingLag frames, to the bit.
 TEST(MovingParts, takeTurnsAndMissNone) {
   for (const LinkKind kind : kLinkKinds) {
     SCOPED_TRACE(linkKindName(kind));
@@ -237,9 +236,10 @@ TEST(MovingParts, takeTurnsAndMissNone) {
     std::vector<float> found;
     for (std::uint32_t frame = 0; frame < kLag; ++frame) {
       found = furnace(turns, bake, shapes, {&after, 1});
-      if (frame > 0) continue;
-      EXPECT_GT(squared(found, wanted), 0.0);
-      EXPECT_LT(squared(found, wanted), 0.9 * squared(old, wanted));
+      if (frame < kLag / 2) {
+        EXPECT_GT(squared(found, wanted), 0.0);
+      }
+      EXPECT_LE(squared(found, wanted), squared(old, wanted));
     }
     EXPECT_EQ(found, wanted);
     // After a frame without parts all are looked at, and after reset().
