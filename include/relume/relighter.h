@@ -78,13 +78,13 @@ struct RelightOptions {
   // levels, 12 bytes each; OpenGL 16 bytes for each texel and mip level beside them.
   std::vector<DrivenImage> drivenImages{};
   // [0..kMaxMovingParts] how many LightSetup::movingParts a frame has at most; 0 = none. What they need is kept beside
-  // the links, 32 bytes a surfel, about twice what the surfels themselves take; OpenGL keeps 56 bytes a cache and
-  // 12 KiB a part as well. WebAssembly and GpuPasses: none.
+  // the links, 32 bytes a surfel, about twice what the surfels themselves take, and some 40 a cache; OpenGL keeps 56 a
+  // cache and 17 KiB a part. WebAssembly and GpuPasses: none.
   std::uint32_t movingParts = 0;
-  // [1, 2, 4 .. 64] frames within which each cache near moving parts is looked at again, however fast they move or jump;
-  // 1 = all in every frame. Within that, a frame looks at a 32nd of all caches, the more of a view parts cover the more
-  // often. Until then what they change goes with the light that they hide, and stays as it is otherwise. The first frame
-  // with parts after one without, or after reset(), looks at all near caches, which takes several times as long.
+  // [1, 2, 4 .. 64] frames within which each cache near parts is looked at again, wherever they are by then; 1 = all in
+  // every frame. A frame looks at a 32nd of all caches, those of which parts cover more the more often. Until then what
+  // they change goes with the light that they hide. The first frame with parts, after create(), reset() or a frame
+  // without, looks at all near caches, which takes several times as long.
   std::uint32_t movingLag = 32;
   // Keep the grid as a texture of irradiance vectors, filled every frame, for reads by GridLookup::texture and smooth:
   // cheaper than reading the caches around, for what moves in numbers. Relighter::gridTexture() says what came of it.

@@ -15,6 +15,7 @@
 
 #include <cmath>
 #include <limits>
+#include <memory_resource>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -252,6 +253,39 @@ TEST(MovingParts, takeTurnsAndMissNone) {
       EXPECT_EQ(furnace(turns, bake, shapes, {&before, 1}), old);
       furnace(turns, bake, shapes, {&after, 1});
     }
+  }
+}
+
+// A frame looks at about a 32nd of all caches, where those that it can pass over allow; each near cache has its turn
+// within the lag, and none that the bound of its block excludes.
+TEST(MovingParts, turnsKeepToTheirBudget) {
+  const Bake bake = test::makeSyntheticBake({.surfels = 512, .grid = {24, 10, 16}, .linksPerCache = 4});
+  const Caches& caches = bake.caches;
+  constexpr std::uint32_t kLag = 32;
+  for (const float radius : {0.1f, 0.25f, 0.5f}) {
+    SCOPED_TRACE(radius);
+    LookTurns turns(caches, kLag, std::pmr::new_delete_resource());
+    std::vector<std::uint32_t> had(caches.count(), 0);
+    std::uint32_t looks = 0, near = 0;
+    const PartSphere ball{kMiddle, radius, radius};
+    for (std::uint32_t frame = 0; frame <= kLag; ++frame) {
+      turns.begin({&ball, 1});
+      for (std::uint32_t cache = 0; cache < caches.count(); ++cache) {
+        const float covered = coveredBy(ball, caches.positionWorld[cache], caches.normal[cache]);
+        if (covered == 0.0f) continue;
+        ASSERT_NE(turns.leastPeriods()[cache / LookTurns::kBlock], 0u);
+        near += frame == 0;
+        if (!turns.hasTurn(cache, covered)) continue;
+        ASSERT_TRUE(turns.mayHaveTurn(cache));
+        if (frame == 0) continue;  // all of them
+        ++had[cache];
+        ++looks;
+      }
+    }
+    EXPECT_LE(looks / kLag, caches.count() / 16 + near / kLag);
+    EXPECT_GE(looks, near);
+    for (std::uint32_t cache = 0; cache < caches.count(); ++cache)
+      ASSERT_EQ(had[cache] > 0, coveredBy(ball, caches.positionWorld[cache], caches.normal[cache]) > 0.0f);
   }
 }
 
