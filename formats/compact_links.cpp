@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <string>
 
@@ -76,9 +77,13 @@ void coneCoefficients(float f, const LinkDirection& d, int bands, std::span<floa
 std::uint32_t packTransfer(float f) {
   if (!(f > 0.0f)) return 0;
   f = std::min(f, 2.0f);
-  // Round to eight bits after the leading one, or to multiples of 2^-22 below 2^-14; then the half is exact.
-  const int exponent = std::max(std::ilogb(f), -14);
-  const float rounded = std::ldexp(std::nearbyint(std::ldexp(f, 8 - exponent)), exponent - 8);
+  // Round to eight bits after the leading one, or to multiples of 2^-22 below 2^-14, to even where two are as near;
+  // then the half is exact.
+  constexpr std::uint32_t kDropped = 15, kHalf = 1u << (kDropped - 1);
+  const auto bits = std::bit_cast<std::uint32_t>(f);
+  const float rounded =
+      f < 0x1p-14f ? std::nearbyint(f * 0x1p22f) * 0x1p-22f
+                   : std::bit_cast<float>((bits + kHalf - 1 + (bits >> kDropped & 1u)) >> kDropped << kDropped);
   return packHalf(std::min(rounded, 1.99609375f)) >> 2;
 }
 

@@ -5,6 +5,7 @@
 #include "formats/compact_links.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace relume {
 namespace {
@@ -25,13 +26,22 @@ bool canPackAgain(const Links& links) {
   return true;
 }
 
-// The nearest f of eight bits, as they are stored: nothing, or four bits behind the leading one from 2^-14 on. (Below
-// that are denormal halves, which kernels need not know then.)
+// Codes of eight bits: nothing, or the five low bits of a half's exponent and the four high ones of its mantissa, from
+// 2^-14 on. (Below that are denormal halves, which kernels need not know then.)
+constexpr std::uint32_t kMinTransfer8 = 16, kMaxTransfer8 = 255, kHalfBias = 0x38000000u;
+constexpr int kDropped = 19;  // bits of a float's mantissa
+
+// unpackTransfer() of the code, which is all that is left of twelve bits.
+float unpackTransfer8(std::uint32_t code) {
+  return code < kMinTransfer8 ? 0.0f : std::bit_cast<float>((code << kDropped) + kHalfBias);
+}
+
+// The nearest; of two that are as near, the larger.
 std::uint32_t packTransfer8(float f) {
-  constexpr std::uint32_t kMin = 16;
-  const std::uint32_t below = packTransfer(f) >> 4, low = below < kMin ? 0 : below,
-                      high = std::clamp(low + 1, kMin, 255u);
-  return f - unpackTransfer(low << 4) < unpackTransfer(high << 4) - f ? low : high;
+  constexpr float kMin = 0x1p-14f;
+  if (!(f >= kMin)) return f < kMin - f ? 0 : kMinTransfer8;
+  const std::uint32_t code = (std::bit_cast<std::uint32_t>(f) - kHalfBias + (1u << (kDropped - 1))) >> kDropped;
+  return std::min(code, kMaxTransfer8);
 }
 
 }  // namespace
@@ -59,7 +69,7 @@ void LinkSet::packAgain() {
       // A link that carries nothing stays that way.
       const float baked = unpackTransfer(links_.head[i] >> 20);
       const std::uint32_t f = baked > 0.0f ? packTransfer8(baked + error) : 0u;
-      error = baked + error - unpackTransfer(f << 4);
+      error = baked + error - unpackTransfer8(f);
       transfer_.push_back(static_cast<std::uint8_t>(f));
     }
     for (; step < steps_; ++step) nodeStep_.push_back(0xFFFFu);

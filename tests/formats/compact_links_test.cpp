@@ -9,7 +9,9 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -30,6 +32,22 @@ TEST(CompactLinks, transfersKeepNineBitsOverTwentyTwoPowersOfTwo) {
   EXPECT_EQ(packTransfer(50.0f), 0xFFFu);
   EXPECT_EQ(packTransfer(-1.0f), 0u);
   EXPECT_EQ(packTransfer(std::numeric_limits<float>::quiet_NaN()), 0u);
+}
+
+// As the maths library rounds: eight bits after the leading one, below 2^-14 multiples of 2^-22, ties to even.
+TEST(CompactLinks, transfersRoundToTheNearestCodeAndTiesToEven) {
+  const auto rounded = [](float f) {
+    const int exponent = std::max(std::ilogb(f), -14);
+    return std::min(std::ldexp(std::nearbyint(std::ldexp(f, 8 - exponent)), exponent - 8), 1.99609375f);
+  };
+  for (std::uint32_t bits = 0x32000000u; bits < 0x40000000u; bits += 997) {
+    const auto f = std::bit_cast<float>(bits);
+    ASSERT_EQ(unpackTransfer(packTransfer(f)), rounded(f)) << f;
+  }
+  for (std::uint32_t code = 0; code + 1 < 0x1000; ++code) {
+    const float tie = 0.5f * (unpackTransfer(code) + unpackTransfer(code + 1));
+    ASSERT_EQ(packTransfer(tie), code + code % 2) << tie;
+  }
 }
 
 TEST(CompactLinks, shapesStayNearTheirDirectionsAndCones) {
