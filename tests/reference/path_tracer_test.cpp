@@ -121,6 +121,32 @@ TEST(Reference, anOccluderGivesZero) {
   EXPECT_GT(directIrradiance(tracer, lights, {4, 0, 0}, {0, 1, 0}).x, 0.0f);
 }
 
+TEST(Reference, manyPointsHaveTheLightOfEach) {
+  Scene scene;
+  addInstance(scene, quad({-2, 0, 2}, {4, 0, 0}, {0, 0, -4}));
+  addInstance(scene, quad({-0.5f, 1, 0.5f}, {1, 0, 0}, {0, 0, -1}));
+  finish(scene);
+  const RayTracer tracer = tracerOf(scene);
+  std::vector<SceneLight> lights(2);
+  lights[0].positionWorld = {0.3f, 3, 0.2f};
+  lights[1].kind = LightKind::directional;
+  lights[1].direction = glm::normalize(glm::vec3(0.5f, -1, 0.2f));
+  std::vector<glm::vec3> position, normal;
+  for (int i = 0; i < 400; ++i) {
+    position.emplace_back(-1.9f + 0.19f * static_cast<float>(i % 20), 0, -1.9f + 0.19f * static_cast<float>(i / 20));
+    normal.emplace_back(glm::normalize(glm::vec3(0.01f * static_cast<float>(i % 7), 1, 0)));
+  }
+  std::vector<glm::vec3> all(position.size(), glm::vec3(7.0f));
+  directIrradiance(tracer, lights, position, normal, all);
+  int shadowed = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_EQ(all[i], directIrradiance(tracer, lights, position[i], normal[i])) << i;
+    shadowed += directIrradiance(tracer, {&lights[0], 1}, position[i], normal[i]) == glm::vec3(0.0f) ? 1 : 0;
+  }
+  EXPECT_GT(shadowed, 10);
+  EXPECT_LT(shadowed, 390);
+}
+
 TEST(Reference, constantSkyLightsAnOpenPlaneByItsRadiance) {
   ReferenceOptions options = kSmall;
   options.sky.radiance = {0.5f, 1.0f, 2.0f};
