@@ -31,8 +31,8 @@ constexpr unsigned kProbes = 8;                    // slots that a cell may lie 
 constexpr float kWidest = 1.41421356f;             // of a cell, in widths of the ray
 constexpr unsigned kLooks = 2;                     // rays up from a cell, to see whether anything stands close
 constexpr unsigned kLookFrom[kLooks] = {0, 2};     // points: two that lie across from each other
-constexpr unsigned kSide = 2;                      // points of a cell along each of its sides
-static_assert(kSide * kSide == kPatchPoints);
+constexpr unsigned kPointsAlong = 2;               // points of a cell along each of its sides
+static_assert(kPointsAlong * kPointsAlong == kPatchPoints);
 constexpr std::size_t kTrianglesPerChunk = 4096, kRaysAhead = 64;
 
 // What a cell holds: nothing yet, that something stands close to it, or its light.
@@ -343,7 +343,8 @@ class SurfaceCells {
     const glm::vec2 size(std::ldexp(1.0f, -static_cast<int>(grid.columnShiftAt(level))),
                          std::ldexp(1.0f, -static_cast<int>(grid.rowShiftAt(level))));
     const glm::vec2 from = glm::vec2(cell.column, cell.row) * size;
-    glm::vec2 inside = (glm::vec2(sample % kSide, sample / kSide) + jitter) / static_cast<float>(kSide) * size;
+    glm::vec2 inside =
+        (glm::vec2(sample % kPointsAlong, sample / kPointsAlong) + jitter) / static_cast<float>(kPointsAlong) * size;
     while (from.x + inside.x + from.y + inside.y > 1.0f && inside.x + inside.y > 1e-6f) inside *= 0.5f;
     return from + inside;
   }
