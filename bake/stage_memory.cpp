@@ -32,7 +32,7 @@ constexpr double kMappedSideBytes = 2;           // a side of the surfel map, wh
 constexpr double kPartSides = 1u << 20, kPartSideBytes = 8 + 4 + 4;  // and while its part of the map is made
 constexpr double kSurfelBytes = 8 * 48 + 8 * 16 + 400;               // sights, footprints, tiles of the map
 constexpr double kClusterBytes = 420.0;                              // a surfel, clustered
-constexpr double kTestSurfelBytes = 4.0 * (kTestSuns + kTestLamps);
+constexpr double kTestSurfelBytes = 8.0 * (kTestSuns + kTestLamps);
 // A relighter, by surfel, node, link and cache: docs/PERFORMANCE.md.
 constexpr double kReadSurfelBytes = 64.0, kReadNodeBytes = 24.0, kReadLinkBytes = 8.0, kReadCacheBytes = 512.0;
 constexpr double kBesideBytes = 1 << 20;   // names and sums, and what the allocator keeps

@@ -20,7 +20,7 @@
 namespace relume {
 namespace {
 
-constexpr std::uint64_t kLinkRaysPerTestRay = 96;
+constexpr std::uint64_t kLinkRaysPerTestRay = 192;
 
 bool hasFixedTriangles(const Scene& scene) {
   return std::any_of(scene.instances.begin(), scene.instances.end(), [&](const Instance& instance) {
@@ -110,7 +110,7 @@ Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, c
   // 3. What rays find, for the certificate: one for every so many that links are traced with
   auto test = runStage(context, "test rays", [&] {
     return needs(reserveTestRays(placed->surfels, context), [&] {
-      return traceTestRays(*tracer, *space, placed->surfels, placed->map, *hierarchy,
+      return traceTestRays(*tracer, *space, *placed, *hierarchy, *caches,
                            std::uint64_t{caches->count()} * options.links.raysPerCache / kLinkRaysPerTestRay,
                            options.seed, context);
     });

@@ -44,7 +44,7 @@ inline constexpr ChunkFileType kBakeFileType{kBakeMagic,
                                              "a Relume bake",
                                              {kOldestPackedFormatVersion, kPackedFormatVersion}};
 inline constexpr ChunkFileType kPlanFileType{
-    {0x89, 'R', 'L', 'P', '\r', '\n', 0x1A, '\n'}, 2, 3, "the plan of a bake (relume bake --plan)"};
+    {0x89, 'R', 'L', 'P', '\r', '\n', 0x1A, '\n'}, 4, 4, "the plan of a bake (relume bake --plan)"};
 inline constexpr ChunkFileType kShardFileType{
     {0x89, 'R', 'L', 'S', '\r', '\n', 0x1A, '\n'}, 1, 1, "a shard of a bake (relume bake --shard)"};
 

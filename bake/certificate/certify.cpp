@@ -13,14 +13,13 @@
 #include <cstddef>
 #include <functional>
 #include <span>
+#include <utility>
+#include <vector>
 
 namespace relume {
 namespace {
 
-// Of the light that one bounce adds, what the next adds is at most this.
-constexpr double kMostKept = 0.95;
-
-// What the runtime reads at the receivers under one light, after one bounce and after all.
+// What the runtime reads at the receivers under one light, after one bounce.
 class Reader {
  public:
   static Result<Reader> create(const Bake& bake, Context& context) {
@@ -36,8 +35,7 @@ class Reader {
     return Reader(bake, std::move(*relighter));
   }
 
-  Status read(const TestLight& light, std::span<const std::uint32_t> receiver, std::span<glm::vec3> once,
-              std::span<glm::vec3> all) {
+  Status read(const TestLight& light, const TestReceivers& receivers, std::span<glm::vec3> irradiance) {
     for (std::size_t s = 0; s < direct_.size(); ++s)
       direct_[s] = glm::vec3(light.surfelIrradiance.empty() ? 0.0f : light.surfelIrradiance[s]);
     LightSetup setup;
@@ -46,39 +44,18 @@ class Reader {
     setup.skyRadiance = glm::vec3(light.kind == TestLightKind::sky ? 1.0f : 0.0f);
     setup.bounceScale = 0.0f;
     if (const Status status = relighter_.relight(setup); !status) return status;
-    readAt(receiver, once);
-    // Two more bounces, and the others as if each of them kept as much of the one before as these do.
-    setup.bounceScale = 1.0f;
-    if (const Status status = relighter_.relight(setup); !status) return status;
-    std::vector<glm::vec3> second(receiver.size());
-    readAt(receiver, second);
-    if (const Status status = relighter_.relight(setup); !status) return status;
-    readAt(receiver, all);
-    double added = 0.0, kept = 0.0;
-    for (std::size_t i = 0; i < receiver.size(); ++i) {
-      added += static_cast<double>(glm::dot(second[i] - once[i], glm::vec3(1.0f)));
-      kept += static_cast<double>(glm::dot(all[i] - second[i], glm::vec3(1.0f)));
+    for (std::size_t i = 0; i < receivers.count(); ++i) {
+      const std::uint32_t at = receivers.at[i];
+      irradiance[i] = at == kGridReceiver ? relighter_.irradianceInGrid(receivers.positionWorld[i], receivers.normal[i])
+                                          : relighter_.irradianceOnLightmap(unpackUnorm16x2(at), receivers.normal[i],
+                                                                            receivers.geometricNormal[i]);
     }
-    const double ratio = added > 0.0 ? std::clamp(kept / added, 0.0, kMostKept) : 0.0;
-    for (std::size_t i = 0; i < receiver.size(); ++i)
-      all[i] += (all[i] - second[i]) * static_cast<float>(ratio / (1.0 - ratio));
     return done();
   }
 
  private:
-  Reader(const Bake& bake, Relighter relighter)
-      : bake_(&bake), relighter_(std::move(relighter)), direct_(bake.surfels.count()) {}
+  Reader(const Bake& bake, Relighter relighter) : relighter_(std::move(relighter)), direct_(bake.surfels.count()) {}
 
-  void readAt(std::span<const std::uint32_t> receiver, std::span<glm::vec3> irradiance) const {
-    const Surfels& surfels = bake_->surfels;
-    for (std::size_t i = 0; i < receiver.size(); ++i) {
-      const std::uint32_t s = receiver[i], at = surfels.receiver[s];
-      irradiance[i] = at == kGridReceiver ? relighter_.irradianceInGrid(surfels.positionWorld[s], surfels.normal[s])
-                                          : relighter_.irradianceOnLightmap(unpackUnorm16x2(at), surfels.normal[s]);
-    }
-  }
-
-  const Bake* bake_;
   Relighter relighter_;
   std::vector<glm::vec3> direct_;  // [Size n_S]
 };
@@ -86,7 +63,8 @@ class Reader {
 }  // namespace
 
 Result<Certificate> certify(const Bake& bake, const TestRays& rays, Context& context) {
-  const std::size_t count = rays.receiver.size(), lights = rays.lights.size();
+  const TestReceivers& places = rays.receivers;
+  const std::size_t count = places.count(), lights = rays.lights.size();
   if (count == 0 || lights == 0) return Certificate{};
   Result<Reader> reader = Reader::create(bake, context);
   if (!reader) return reader.error();
@@ -94,26 +72,26 @@ Result<Certificate> certify(const Bake& bake, const TestRays& rays, Context& con
   std::vector<std::uint32_t> kind, receivers(bake.instances.size(), 0);
   std::vector<float> squared, deviation;
   std::vector<double> part(bake.instances.size(), 0.0);
-  for (const std::uint32_t s : rays.receiver) ++receivers[bake.surfels.instance[s]];
-  std::vector<glm::vec3> once(count), all(count);
+  for (const std::uint32_t instance : places.instance) ++receivers[instance];
+  std::vector<glm::vec3> read(count);
   std::vector<double> error(count);
   for (std::size_t l = 0; l < lights; ++l) {
     if (!context.progress("certificate", static_cast<double>(l) / static_cast<double>(lights))) return cancelledError();
-    if (const Status status = reader->read(rays.lights[l], rays.receiver, once, all); !status) return status.error();
-    double sum = 0.0, squares = 0.0, light = 0.0;
+    const double mean = static_cast<double>(rays.meanLight[l]);
+    if (!(mean > 0.0)) continue;
+    if (const Status status = reader->read(rays.lights[l], places, read); !status) return status.error();
+    const double each = 1.0 / (3.0 * static_cast<double>(count) * mean * mean);
+    double sum = 0.0, squares = 0.0;
     for (std::size_t i = 0; i < count; ++i) {
-      const glm::dvec3 t(once[i]), r1(rays.irradiance[0][i * lights + l]), r2(rays.irradiance[1][i * lights + l]);
-      error[i] = glm::dot(r1 - t, r2 - t);
+      const glm::dvec3 t(read[i]), r1(rays.irradiance[0][i * lights + l]), r2(rays.irradiance[1][i * lights + l]);
+      error[i] = each * glm::dot(r1 - t, r2 - t);
       sum += error[i];
       squares += error[i] * error[i];
-      light += glm::dot(glm::dvec3(all[i]), glm::dvec3(all[i]));
     }
-    if (!(light > 0.0)) continue;
     kind.push_back(static_cast<std::uint32_t>(rays.lights[l].kind));
-    squared.push_back(static_cast<float>(sum / light));
-    deviation.push_back(
-        static_cast<float>(std::sqrt(std::max(0.0, squares - sum * sum / static_cast<double>(count))) / light));
-    for (std::size_t i = 0; i < count; ++i) part[bake.surfels.instance[rays.receiver[i]]] += error[i] / light;
+    squared.push_back(static_cast<float>(sum));
+    deviation.push_back(static_cast<float>(std::sqrt(std::max(0.0, squares - sum * sum / static_cast<double>(count)))));
+    for (std::size_t i = 0; i < count; ++i) part[places.instance[i]] += error[i];
   }
   if (context.cancelled()) return cancelledError();
   if (kind.empty()) return Certificate{};

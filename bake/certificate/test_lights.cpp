@@ -7,7 +7,10 @@
 #include "bake/reference/path_tracer.h"
 #include "bake/visibility/find_starts.h"
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -19,20 +22,24 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kStage = 0x63657274;              // "cert": the random streams' stage
-constexpr std::uint32_t kLightTries = 4;                  // of a light that reaches nothing
-constexpr float kLeastLit = 1.0f / 256.0f;                // share of the surfels that a light must reach
-constexpr float kLowestSun = 0.35f, kHighestSun = 0.95f;  // sine of its height
-constexpr std::uint32_t kPlaces = 8;                      // tried for a lamp
-constexpr float kRoom = 0.5f, kRoomAtWall = 0.15f;        // [m] about a lamp, where there is a place that has it
-constexpr float kOffWall = 0.4f;                          // [m] of a lamp at a wall
-constexpr std::uint32_t kLooks = 64;                      // rays that measure the room
-constexpr std::size_t kSurfelGrain = 1024;                // surfels
+constexpr std::uint32_t kStage = 0x63657274;  // "cert": the random streams' stage
+constexpr std::uint32_t kLightTries = 8;
+constexpr float kWellLit = 1.0f / 8.0f, kLeastLit = 1.0f / 64.0f;  // shares of what is seen: enough, and the least
+constexpr std::size_t kAsked = 256;                                // receivers that tell the share
+constexpr float kLowestSun = 0.35f, kHighestSun = 0.95f;           // sine of its height
+constexpr std::uint32_t kPlaces = 8;                               // tried for a lamp
+constexpr float kRoom = 0.5f;               // [m] about a lamp, where there is a place that has it
+constexpr std::uint32_t kLooks = 64;        // rays that measure the room
+constexpr std::size_t kSurfelGrain = 1024;  // surfels
 
-SceneLight sunAt(float sine, float angle) {
+// Each in a sector of the horizon of its own.
+SceneLight sunAt(std::uint32_t which, RandomStream& random) {
+  const float turn = (static_cast<float>(which) + random.uniform()) / static_cast<float>(kTestSuns);
+  const float angle = 2.0f * std::numbers::pi_v<float> * turn;
+  const float sine = kLowestSun + (kHighestSun - kLowestSun) * random.uniform();
+  const float across = std::sqrt(1.0f - sine * sine);
   SceneLight sun;
   sun.kind = LightKind::directional;
-  const float across = std::sqrt(1.0f - sine * sine);
   sun.direction = {-across * std::cos(angle), -sine, -across * std::sin(angle)};
   return sun;
 }
@@ -55,27 +62,67 @@ glm::vec3 placeInAir(const RayTracer& tracer, const PlaySpace& space, const Surf
   return from + surfels.normal[s] * (free * random.uniform());
 }
 
-// Somewhere in the air, or at a wall that is seen from there, as torches hang.
-SceneLight lampAt(const RayTracer& tracer, const PlaySpace& space, const Surfels& surfels, bool atWall,
-                  RandomStream& random) {
+// Somewhere in the air, with room about it.
+SceneLight lampAt(const RayTracer& tracer, const PlaySpace& space, const Surfels& surfels, RandomStream& random) {
   SceneLight lamp;
   float most = -1.0f;
-  for (std::uint32_t i = 0; i < kPlaces && most < (atWall ? kRoomAtWall : kRoom); ++i) {
-    glm::vec3 position = placeInAir(tracer, space, surfels, random);
-    if (atWall) {
-      const glm::vec3 direction = uniformDirection(random.uniform2());
-      if (const Hit wall = tracer.trace({position, 0.0f, direction}))
-        position += direction * std::max(0.0f, wall.distance - kOffWall);
-    }
+  for (std::uint32_t i = 0; i < kPlaces && most < kRoom; ++i) {
+    const glm::vec3 position = placeInAir(tracer, space, surfels, random);
     const float room = roomAt(tracer, position, random);
     if (room > most) most = room, lamp.positionWorld = position;
   }
   return lamp;
 }
 
-// What reaches the surfels; nothing where that is too few of them.
-std::optional<TestLight> lightSurfels(const RayTracer& tracer, const Surfels& surfels, TestLightKind kind,
-                                      const SceneLight& light, Context& context) {
+// From such a place toward something that is seen.
+SceneLight spotAt(const RayTracer& tracer, const PlaySpace& space, const Surfels& surfels,
+                  const TestReceivers& receivers, RandomStream& random) {
+  SceneLight spot = lampAt(tracer, space, surfels, random);
+  spot.kind = LightKind::spot;
+  const glm::vec3& target = receivers.positionWorld[random.below(static_cast<std::uint32_t>(receivers.count()))];
+  const float distance = glm::distance(target, spot.positionWorld);
+  if (distance > 0.0f) spot.direction = (target - spot.positionWorld) / distance;
+  spot.innerConeRad = 0.5f * spot.outerConeRad;
+  return spot;
+}
+
+// Share of the receivers that a light reaches straight, by some of them.
+float litShare(const RayTracer& tracer, const TestReceivers& receivers, const SceneLight& light) {
+  const std::size_t step = std::max<std::size_t>(1, receivers.count() / kAsked);
+  std::size_t asked = 0, lit = 0;
+  std::vector<Ray> rays;
+  for (std::size_t i = 0; i < receivers.count(); i += step, ++asked) {
+    const glm::vec3& normal = receivers.geometricNormal[i];
+    const glm::vec3 from = receivers.positionWorld[i] + normal * tracer.epsilonAt(receivers.positionWorld[i]);
+    glm::vec3 toLight;
+    float distance = 0.0f;
+    if (lightIrradiance(light, from, normal, toLight, distance).x > 0.0f)
+      rays.push_back({from, 0.0f, toLight, distance});
+  }
+  std::vector<std::uint8_t> occluded(rays.size());
+  tracer.occluded(rays, occluded);
+  for (const std::uint8_t one : occluded) lit += one == 0 ? 1 : 0;
+  return static_cast<float>(lit) / static_cast<float>(asked);
+}
+
+// The first of some that shines on enough of what is seen, or the one that shines on most; nothing where that is next
+// to nothing.
+template <class Make>
+std::optional<SceneLight> choose(const RayTracer& tracer, const TestReceivers& receivers, RandomStream random,
+                                 const Make& make) {
+  SceneLight best;
+  float most = 0.0f;
+  for (std::uint32_t i = 0; i < kLightTries && most < kWellLit; ++i) {
+    const SceneLight light = make(random);
+    const float share = litShare(tracer, receivers, light);
+    if (share > most) most = share, best = light;
+  }
+  return most >= kLeastLit ? std::optional(best) : std::nullopt;
+}
+
+// What reaches the surfels.
+TestLight lightSurfels(const RayTracer& tracer, const Surfels& surfels, TestLightKind kind, const SceneLight& light,
+                       Context& context) {
   TestLight lit{kind, light, std::vector<float>(surfels.count())};
   parallelChunks(context, "", surfels.count(), kSurfelGrain, [&](std::size_t begin, std::size_t end) {
     std::vector<Ray> rays;
@@ -93,37 +140,31 @@ std::optional<TestLight> lightSurfels(const RayTracer& tracer, const Surfels& su
       if (occluded[i] != 0) lit.surfelIrradiance[surfel[i]] = 0.0f;
     }
   });
-  const auto reached = std::count_if(lit.surfelIrradiance.begin(), lit.surfelIrradiance.end(),
-                                     [](float irradiance) { return irradiance > 0.0f; });
-  if (static_cast<float>(reached) < kLeastLit * static_cast<float>(surfels.count())) return std::nullopt;
   return lit;
 }
 
 }  // namespace
 
 std::vector<TestLight> chooseTestLights(const RayTracer& tracer, const PlaySpace& space, const Surfels& surfels,
-                                        const Hierarchy& hierarchy, std::uint64_t seed, Context& context) {
+                                        const Hierarchy& hierarchy, const TestReceivers& receivers, std::uint64_t seed,
+                                        Context& context) {
   std::vector<TestLight> lights;
   if (!hierarchy.skyDirection.empty()) lights.push_back({TestLightKind::sky, {}, {}});
-  if (surfels.count() == 0) return lights;
-  const auto add = [&](TestLightKind kind, std::uint32_t item, const auto& make) {
-    RandomStream random(seed, kStage, item);
-    for (std::uint32_t i = 0; i < kLightTries && !context.cancelled(); ++i) {
-      if (auto lit = lightSurfels(tracer, surfels, kind, make(random), context)) {
-        lights.push_back(std::move(*lit));
-        return;
-      }
+  if (surfels.count() == 0 || receivers.count() == 0) return lights;
+  // All are chosen at the same time, as that is done by few rays each; then each lights all surfels.
+  std::array<std::optional<SceneLight>, kTestSuns + kTestLamps> chosen;
+  parallelChunks(context, "", chosen.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      chosen[i] = choose(tracer, receivers, RandomStream(seed, kStage, i), [&](RandomStream& random) {
+        if (i < kTestSuns) return sunAt(static_cast<std::uint32_t>(i), random);
+        return (i - kTestSuns) % 2 == 0 ? lampAt(tracer, space, surfels, random)
+                                        : spotAt(tracer, space, surfels, receivers, random);
+      });
     }
-  };
-  for (std::uint32_t i = 0; i < kTestSuns; ++i) {
-    add(TestLightKind::sun, i, [&](RandomStream& random) {
-      const float turn = (static_cast<float>(i) + random.uniform()) / static_cast<float>(kTestSuns);
-      return sunAt(kLowestSun + (kHighestSun - kLowestSun) * random.uniform(), 2.0f * std::numbers::pi_v<float> * turn);
-    });
-  }
-  for (std::uint32_t i = 0; i < kTestLamps; ++i) {
-    add(TestLightKind::lamp, kTestSuns + i,
-        [&](RandomStream& random) { return lampAt(tracer, space, surfels, i % 2 == 1, random); });
+  });
+  for (std::size_t i = 0; i < chosen.size() && !context.cancelled(); ++i) {
+    const TestLightKind kind = i < kTestSuns ? TestLightKind::sun : TestLightKind::lamp;
+    if (chosen[i]) lights.push_back(lightSurfels(tracer, surfels, kind, *chosen[i], context));
   }
   return lights;
 }

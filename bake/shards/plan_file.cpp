@@ -23,7 +23,8 @@ namespace {
 
 constexpr const char *kBake = "bake", *kThreshold = "link.threshold", *kSide = "surfel.side", *kTile = "surfel.tile",
                      *kEmission = "surfel.traced", *kTestKind = "test.kind", *kTestLight = "test.light",
-                     *kTestReceiver = "test.receiver", *kTestFound = "test.found";
+                     *kTestMean = "test.mean", *kTestAt = "test.at", *kTestInstance = "test.instance",
+                     *kTestPlace = "test.place", *kTestFound = "test.found";
 constexpr std::uint64_t kSideWords = 2;
 constexpr float kMaxTestLight = 1e30f;  // [W/m²]
 constexpr int kMaxNesting = 16;         // of tiles: a grid in a tile has 4 x 4
@@ -47,8 +48,9 @@ SurfelMap::Side unpackSide(std::uint32_t first, std::uint32_t bits) {
 struct PlanArrays {
   std::vector<std::byte> bake;
   std::vector<std::uint32_t> side, testKind;
-  std::vector<float> testLight;      // of each light but the sky, one after another
-  std::vector<glm::vec3> testFound;  // the first set of rays, then the other
+  std::vector<float> testLight;  // of each light but the sky, one after another
+  std::vector<glm::vec3> testPlace,
+      testFound;  // positions, normals, geometric normals; one set of rays, then the other
 };
 
 Result<std::vector<Chunk>> chunksOf(const BakePlan& plan, PlanArrays& arrays) {
@@ -65,6 +67,8 @@ Result<std::vector<Chunk>> chunksOf(const BakePlan& plan, PlanArrays& arrays) {
     arrays.testKind.push_back(static_cast<std::uint32_t>(light.kind));
     arrays.testLight.insert(arrays.testLight.end(), light.surfelIrradiance.begin(), light.surfelIrradiance.end());
   }
+  for (const auto* row : {&test.receivers.positionWorld, &test.receivers.normal, &test.receivers.geometricNormal})
+    arrays.testPlace.insert(arrays.testPlace.end(), row->begin(), row->end());
   for (const auto& set : test.irradiance) arrays.testFound.insert(arrays.testFound.end(), set.begin(), set.end());
   return std::vector<Chunk>{archiveChunk(kBake, arrays.bake),
                             chunkOf<float>(kThreshold, std::span(&plan.minKey, 1)),
@@ -73,7 +77,10 @@ Result<std::vector<Chunk>> chunksOf(const BakePlan& plan, PlanArrays& arrays) {
                             chunkOf<glm::vec3>(kEmission, plan.tracedEmission),
                             chunkOf<std::uint32_t>(kTestKind, arrays.testKind),
                             chunkOf<float>(kTestLight, arrays.testLight),
-                            chunkOf<std::uint32_t>(kTestReceiver, test.receiver),
+                            chunkOf<float>(kTestMean, test.meanLight),
+                            chunkOf<std::uint32_t>(kTestAt, test.receivers.at),
+                            chunkOf<std::uint32_t>(kTestInstance, test.receivers.instance),
+                            chunkOf<glm::vec3>(kTestPlace, arrays.testPlace),
                             chunkOf<glm::vec3>(kTestFound, arrays.testFound)};
 }
 
@@ -146,47 +153,90 @@ Status checkTiles(const SurfelMap& map, std::uint32_t surfels) {
 
 constexpr std::size_t kMaxTestLights = 64;
 
-// The test rays of these arrays. invalidFile: sizes or numbers that do not fit the bake.
-Result<TestRays> takeTestRays(std::span<const std::uint32_t> kind, std::span<const float> light,
-                              std::span<const std::uint32_t> receiver, std::span<const glm::vec3> found,
-                              std::size_t surfels) {
-  TestRays test;
-  if (kind.size() > kMaxTestLights)
+struct TestArrays {
+  Array<std::uint32_t> kind;
+  Array<float> light, mean;
+  Array<std::uint32_t> at, instance;
+  Array<glm::vec3> place, found;
+};
+
+Status checkRows(const char* chunk, std::size_t expected, std::size_t found) {
+  if (found == expected) return done();
+  return invalidFile("chunk " + std::string(chunk) + ": expected " + std::to_string(expected) + " rows, found " +
+                     std::to_string(found));
+}
+
+bool isWithin(const glm::vec3& v, float most) {
+  const glm::vec3 size = glm::abs(v);
+  return size.x <= most && size.y <= most && size.z <= most;
+}
+
+// The lights of these arrays. invalidFile: sizes or numbers that do not fit the bake.
+Result<std::vector<TestLight>> takeTestLights(const TestArrays& arrays, std::size_t surfels) {
+  std::vector<TestLight> lights;
+  if (arrays.kind.size() > kMaxTestLights)
     return invalidFile("chunk test.kind: expected at most " + std::to_string(kMaxTestLights) + " lights, found " +
-                       std::to_string(kind.size()));
-  std::span<const float> left = light;
-  for (std::size_t i = 0; i < kind.size(); ++i) {
-    TestLight& one = test.lights.emplace_back();
-    if (kind[i] > static_cast<std::uint32_t>(TestLightKind::lamp))
-      return invalidFile(element(kTestKind, i) + "expected 0 to 2, found " + std::to_string(kind[i]));
-    one.kind = static_cast<TestLightKind>(kind[i]);
+                       std::to_string(arrays.kind.size()));
+  std::span<const float> left = arrays.light.span();
+  for (std::size_t i = 0; i < arrays.kind.size(); ++i) {
+    const std::uint32_t kind = arrays.kind[i];
+    if (kind > static_cast<std::uint32_t>(TestLightKind::lamp))
+      return invalidFile(element(kTestKind, i) + "expected 0 to 2, found " + std::to_string(kind));
+    TestLight& one = lights.emplace_back();
+    one.kind = static_cast<TestLightKind>(kind);
     if (one.kind == TestLightKind::sky) continue;
     if (left.size() < surfels) return invalidFile("chunk test.light: expected a number for each surfel and light");
     one.surfelIrradiance.assign(left.begin(), left.begin() + static_cast<std::ptrdiff_t>(surfels));
     left = left.subspan(surfels);
   }
   if (!left.empty()) return invalidFile("chunk test.light: expected a number for each surfel and light");
-  for (std::size_t i = 0; i < light.size(); ++i) {
-    if (!(light[i] >= 0.0f && light[i] <= kMaxTestLight))
+  for (std::size_t i = 0; i < arrays.light.size(); ++i) {
+    if (!(arrays.light[i] >= 0.0f && arrays.light[i] <= kMaxTestLight))
       return invalidFile(element(kTestLight, i) + "expected 0 to 1e30 W/m²");
   }
-  for (std::size_t i = 0; i < receiver.size(); ++i) {
-    if (receiver[i] >= surfels)
-      return invalidFile(element(kTestReceiver, i) + "expected a surfel below " + std::to_string(surfels) + ", found " +
-                         std::to_string(receiver[i]));
+  return lights;
+}
+
+// The test rays of these arrays. invalidFile: sizes or numbers that do not fit the bake.
+Result<TestRays> takeTestRays(const TestArrays& arrays, const Bake& bake) {
+  Result<std::vector<TestLight>> lights = takeTestLights(arrays, bake.surfels.count());
+  if (!lights) return lights.error();
+  const std::size_t count = arrays.at.size(), each = count * lights->size();
+  for (const Status& status :
+       {checkRows(kTestMean, lights->size(), arrays.mean.size()),
+        checkRows(kTestInstance, count, arrays.instance.size()), checkRows(kTestPlace, 3 * count, arrays.place.size()),
+        checkRows(kTestFound, 2 * each, arrays.found.size())}) {
+    if (!status) return status.error();
   }
-  test.receiver.assign(receiver.begin(), receiver.end());
-  const std::size_t each = receiver.size() * kind.size();
-  if (found.size() != 2 * each)
-    return invalidFile("chunk test.found: expected " + std::to_string(2 * each) + " rows, found " +
-                       std::to_string(found.size()));
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    const glm::vec3& e = found[i];
-    if (!(e.x >= 0.0f && e.y >= 0.0f && e.z >= 0.0f && std::max({e.x, e.y, e.z}) <= kMaxTestLight))
-      return invalidFile(element(kTestFound, i) + "expected 0 to 1e30 W/m²");
+  for (std::size_t i = 0; i < arrays.mean.size(); ++i) {
+    if (!(arrays.mean[i] >= 0.0f && arrays.mean[i] <= kMaxTestLight))
+      return invalidFile(element(kTestMean, i) + "expected 0 to 1e30 W/m²");
   }
-  test.irradiance[0].assign(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(each));
-  test.irradiance[1].assign(found.begin() + static_cast<std::ptrdiff_t>(each), found.end());
+  for (std::size_t i = 0; i < count; ++i) {
+    if (arrays.instance[i] >= bake.instances.size())
+      return invalidFile(element(kTestInstance, i) + "expected an instance below " +
+                         std::to_string(bake.instances.size()) + ", found " + std::to_string(arrays.instance[i]));
+  }
+  for (std::size_t i = 0; i < arrays.place.size(); ++i) {
+    if (!isWithin(arrays.place[i], kMaxTestLight)) return invalidFile(element(kTestPlace, i) + "expected numbers");
+  }
+  for (std::size_t i = 0; i < arrays.found.size(); ++i) {
+    if (!isWithin(arrays.found[i], kMaxTestLight))
+      return invalidFile(element(kTestFound, i) + "expected -1e30 to 1e30 W/m²");
+  }
+  TestRays test;
+  test.lights = std::move(*lights);
+  test.meanLight = arrays.mean.toVector();
+  test.receivers.at = arrays.at.toVector();
+  test.receivers.instance = arrays.instance.toVector();
+  const auto part = [](const Array<glm::vec3>& rows, std::size_t which, std::size_t size) {
+    const auto begin = rows.span().begin() + static_cast<std::ptrdiff_t>(which * size);
+    return std::vector<glm::vec3>(begin, begin + static_cast<std::ptrdiff_t>(size));
+  };
+  test.receivers.positionWorld = part(arrays.place, 0, count);
+  test.receivers.normal = part(arrays.place, 1, count);
+  test.receivers.geometricNormal = part(arrays.place, 2, count);
+  for (std::size_t set = 0; set < test.irradiance.size(); ++set) test.irradiance[set] = part(arrays.found, set, each);
   return test;
 }
 
@@ -215,10 +265,14 @@ Result<BakePlan> assemblePlan(std::span<const std::byte> bytes, const std::share
   const auto side = reader.takeArray<std::uint32_t>(kSide, owner, kSideWords);
   const auto tile = reader.takeArray<std::uint32_t>(kTile, owner);
   const auto emission = reader.takeArray<glm::vec3>(kEmission, owner);
-  const auto testKind = reader.takeArray<std::uint32_t>(kTestKind, owner);
-  const auto testLight = reader.takeArray<float>(kTestLight, owner);
-  const auto testReceiver = reader.takeArray<std::uint32_t>(kTestReceiver, owner);
-  const auto testFound = reader.takeArray<glm::vec3>(kTestFound, owner);
+  TestArrays test;
+  test.kind = reader.takeArray<std::uint32_t>(kTestKind, owner);
+  test.light = reader.takeArray<float>(kTestLight, owner);
+  test.mean = reader.takeArray<float>(kTestMean, owner);
+  test.at = reader.takeArray<std::uint32_t>(kTestAt, owner);
+  test.instance = reader.takeArray<std::uint32_t>(kTestInstance, owner);
+  test.place = reader.takeArray<glm::vec3>(kTestPlace, owner);
+  test.found = reader.takeArray<glm::vec3>(kTestFound, owner);
   reader.finish();
   if (reader.failed()) return reader.error();
   if (threshold.size() != 1)
@@ -236,10 +290,9 @@ Result<BakePlan> assemblePlan(std::span<const std::byte> bytes, const std::share
   plan.map.tile = tile.toVector();
   plan.tracedEmission = emission.toVector();
   plan.identity = identityOf(bytes);
-  Result<TestRays> test =
-      takeTestRays(testKind.span(), testLight.span(), testReceiver.span(), testFound.span(), plan.bake.surfels.count());
-  if (!test) return test.error();
-  plan.test = std::move(*test);
+  Result<TestRays> rays = takeTestRays(test, plan.bake);
+  if (!rays) return rays.error();
+  plan.test = std::move(*rays);
   if (const Status status = checkPlan(plan); !status) return status.error();
   return plan;
 }

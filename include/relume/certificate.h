@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// What a bake says of its own error: how far the light that the runtime reads from it is from what rays find in the
-// level, measured by the baker under lights of its own choice, at places that players see. docs/notes/certificate.md
-// compares it with the measured error of eight levels.
+// What a bake says of its own error: how far the light that the runtime reads from it is from what rays find, under
+// lights of the baker's choice, at pixels of the level's cameras or of what players see (docs/notes/certificate.md).
 //
-// Errors are squared and relative: the mean of |E - E_rays|² over receivers, after one bounce, over that of the light
-// of several. Each is an unbiased estimate, (r1 - t)(r2 - t) with two independent sets of rays, so it may be below 0.
+// Errors are squared and relative, as in docs/ACCURACY.md: the mean of (E - E_rays)² over receivers and channels, after
+// one bounce, over the square of the mean light of all bounces. (Until algorithm version 12: over its mean square.)
+// Each is an unbiased estimate, (r1 - t)(r2 - t) with two independent sets of rays, so it may be below 0.
 #pragma once
 
 #include "relume/array.h"
