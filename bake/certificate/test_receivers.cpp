@@ -22,7 +22,7 @@ namespace {
 constexpr std::uint32_t kSeenStage = 0x63736565;                // the random streams' stage
 constexpr std::uint32_t kElsewhere = 8;                         // one of so many receivers is not a camera's
 constexpr std::uint32_t kTries = 8;                             // to see something from somewhere
-constexpr std::size_t kReceiverGrain = 16;                              // receivers
+constexpr std::size_t kReceiverGrain = 16;                      // receivers
 constexpr std::uint32_t kRows = 360;                            // of a camera's picture
 constexpr float kDefaultAspect = 16.0f / 9.0f;                  // of cameras whose aspect is the viewport's
 constexpr float kPixelRad = 0.003f;                             // of pictures from other places
