@@ -396,7 +396,7 @@ void OccludeLinks::look(const PlacedParts& parts, std::span<const std::uint32_t>
     const std::uint32_t block = cache / LookTurns::kBlock;
     if (turns_.leastPeriods()[block] == 0) {
       const std::uint32_t blockEnd = std::min(end, (block + 1) * LookTurns::kBlock);
-      std::fill(hiddenMost_.begin() + cache, hiddenMost_.begin() + blockEnd, kNotNear);
+      std::fill_n(hiddenMost_.data() + cache, blockEnd - cache, kNotNear);
       cache = blockEnd - 1;
       continue;
     }
