@@ -89,20 +89,15 @@ SceneLight spotAt(const RayTracer& tracer, const PlaySpace& space, const Surfels
 // Share of the receivers that a light reaches straight, by some of them.
 float litShare(const RayTracer& tracer, const TestReceivers& receivers, const SceneLight& light) {
   const std::size_t step = std::max<std::size_t>(1, receivers.count() / kAsked);
-  std::size_t asked = 0, lit = 0;
-  std::vector<Ray> rays;
-  for (std::size_t i = 0; i < receivers.count(); i += step, ++asked) {
-    const glm::vec3& normal = receivers.geometricNormal[i];
-    const glm::vec3 from = receivers.positionWorld[i] + normal * tracer.epsilonAt(receivers.positionWorld[i]);
-    glm::vec3 toLight;
-    float distance = 0.0f;
-    if (lightIrradiance(light, from, normal, toLight, distance).x > 0.0f)
-      rays.push_back({from, 0.0f, toLight, distance});
+  std::vector<glm::vec3> position, normal;
+  for (std::size_t i = 0; i < receivers.count(); i += step) {
+    position.push_back(receivers.positionWorld[i]);
+    normal.push_back(receivers.geometricNormal[i]);
   }
-  std::vector<std::uint8_t> occluded(rays.size());
-  tracer.occluded(rays, occluded);
-  for (const std::uint8_t one : occluded) lit += one == 0 ? 1 : 0;
-  return static_cast<float>(lit) / static_cast<float>(asked);
+  std::vector<glm::vec3> irradiance(position.size());
+  directIrradiance(tracer, {&light, 1}, position, normal, irradiance);
+  const auto lit = std::ranges::count_if(irradiance, [](const glm::vec3& e) { return e.x > 0.0f; });
+  return static_cast<float>(lit) / static_cast<float>(irradiance.size());
 }
 
 // The first of some that shines on enough of what is seen, or the one that shines on most; nothing where that is next
@@ -125,20 +120,10 @@ TestLight lightSurfels(const RayTracer& tracer, const Surfels& surfels, TestLigh
                        Context& context) {
   TestLight lit{kind, light, std::vector<float>(surfels.count())};
   parallelChunks(context, "", surfels.count(), kSurfelGrain, [&](std::size_t begin, std::size_t end) {
-    std::vector<Ray> rays;
-    std::vector<std::size_t> surfel;
-    for (std::size_t s = begin; s < end; ++s) {
-      const glm::vec3 from = surfels.positionWorld[s] + surfels.normal[s] * tracer.epsilonAt(surfels.positionWorld[s]);
-      glm::vec3 toLight;
-      float distance = 0.0f;
-      lit.surfelIrradiance[s] = lightIrradiance(light, from, surfels.normal[s], toLight, distance).x;
-      if (lit.surfelIrradiance[s] > 0.0f) rays.push_back({from, 0.0f, toLight, distance}), surfel.push_back(s);
-    }
-    std::vector<std::uint8_t> occluded(rays.size());
-    tracer.occluded(rays, occluded);
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      if (occluded[i] != 0) lit.surfelIrradiance[surfel[i]] = 0.0f;
-    }
+    std::vector<glm::vec3> irradiance(end - begin);
+    directIrradiance(tracer, {&light, 1}, surfels.positionWorld.span().subspan(begin, end - begin),
+                     surfels.normal.span().subspan(begin, end - begin), irradiance);
+    for (std::size_t s = begin; s < end; ++s) lit.surfelIrradiance[s] = irradiance[s - begin].x;
   });
   return lit;
 }

@@ -4,6 +4,7 @@
 
 #include "bake/base/parallel.h"
 #include "bake/base/random.h"
+#include "formats/frame_about.h"
 
 #include <glm/geometric.hpp>
 
@@ -325,15 +326,13 @@ class SurfaceCells {
       rays.push_back({position + width * normal, 0.0f, -normal});
       ends.push_back({width, hit.instance, hit.triangle, b, hit.back});
     }
-    const glm::vec3 tangent = glm::normalize(std::abs(normal.x) < 0.5f ? glm::cross(glm::vec3(1, 0, 0), normal)
-                                                                       : glm::cross(glm::vec3(0, 1, 0), normal)),
-                    bitangent = glm::cross(normal, tangent);
+    const glm::mat3 frame = frameAbout(normal);
     float angle = 2.0f * std::numbers::pi_v<float> * random.uniform();
     for (unsigned k = 0; k < kLooks; ++k, angle += 2.0f * std::numbers::pi_v<float> / kLooks) {
       const Ray& from = rays[rays.size() - kPatchPoints + kLookFrom[k]];
       const glm::vec3 position = from.origin + width * from.direction;
       clear.push_back({position + normal * tracer_.epsilonAt(position), 0.0f,
-                       glm::normalize(normal + std::cos(angle) * tangent + std::sin(angle) * bitangent)});
+                       glm::normalize(normal + std::cos(angle) * frame[0] + std::sin(angle) * frame[1])});
     }
   }
 

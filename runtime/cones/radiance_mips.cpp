@@ -72,13 +72,15 @@ glm::vec4 ofVoxel(const VoxelVolume& volume, const glm::ivec3& voxel, const glm:
 // nothing of its view, and which of the sides it is on does not say: less by the cosine, and of a surface that has one
 // side alone that side.
 glm::vec4 ofVoxelAlong(const VoxelVolume& volume, const glm::ivec3& voxel, std::uint32_t direction) {
-  const glm::vec4 met = ofVoxel(volume, voxel, axisOf(direction), true);
   const std::uint32_t side = volume.sideAt(voxel, axisOf(direction));
-  if (side == kNoSide) return met;
-  const float cosine = std::abs(static_cast<float>(volume.radiance()[side / 2].axis[direction / 2])) / 127.0f;
-  const bool hasOne = (volume.side(side).area > 0.0f) != (volume.side(side ^ 1u).area > 0.0f);
-  const glm::vec4 edge = hasOne ? ofVoxel(volume, voxel, axisOf(direction), false) : met;
-  return std::max(cosine, kEdgeOn) * glm::mix(edge, met, cosine);
+  if (side == kNoSide) return {0.0f, 0.0f, 0.0f, kSolidDepth};
+  const VoxelRadiance& r = volume.radiance()[side / 2];
+  const float cosine = std::abs(static_cast<float>(r.axis[direction / 2])) / 127.0f,
+              depth = depthOfWall(std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2])})) *
+                      std::max(cosine, kEdgeOn);
+  const auto of = [&r](std::uint32_t s) { return s % 2 == 0 ? r.front : r.back; };
+  const bool isBack = volume.side(side).area == 0.0f && volume.side(side ^ 1u).area > 0.0f;
+  return {depth * glm::mix(of(isBack ? side ^ 1u : side), of(side), cosine), depth};
 }
 
 // Whether a place is before the opposite side of a voxel rather than before the side that a ray of this direction

@@ -8,6 +8,7 @@
 #include "runtime/gl/timer.h"
 #include "runtime/live/live_frame.h"
 #include "runtime/live_gl/cone_levels_gl.h"
+#include "runtime/live_gl/cone_textures.h"
 #include "runtime/live_gl/live_objects.h"
 #include "shaders/shared/layout.h"
 
@@ -26,7 +27,8 @@ namespace {
 
 static_assert(kPattern == RELUME_CONE_PATTERN);
 
-Error conesError(ErrorCode code, const std::string& what) { return {code, "cones: " + what}; }
+using gl::conesError;
+
 Error noRoom() { return conesError(ErrorCode::memory, "memory ran out; fewer cells or a smaller picture take less"); }
 
 // The hemisphere's cones, then the sky's map.
@@ -65,20 +67,14 @@ struct ConesGl::State {
     PixelImage normals, mirrored, glossy, edges;
   };
 
-  // A reflective shadow map of the CPU's: places and areas, normals, flux.
-  struct MapImages {
-    glm::ivec2 size{0};
-    std::array<gl::Texture, 3> texture;
-  };
-
   State(const gl::Functions& functions, const ConesGlOptions& wanted)
       : gl_(functions), options(wanted.pixels), hemisphere(wanted.hemisphere), levels(gl_, wanted.directions) {}
 
   Status compile();
   Status resize(std::uint32_t width, std::uint32_t height);
-  Status checkTexture(GLuint name, const char* what, const glm::ivec2& size, bool isSigned) const;
-  Status checkMaps(std::span<const RsmTextures> wanted, float largestFlux) const;
-  Status uploadMaps(std::span<const RsmImage> from);
+  Status checkTexture(GLuint name, const char* what, const glm::ivec2& size, bool isSigned) const {
+    return gl::checkConeTexture(gl_, name, what, size, isSigned);
+  }
   void upload(const PixelReceivers& pixels, std::span<const glm::vec4> mirrored);
   void run(const gl::Program& program) const {
     gl::runThreads(gl_, program, static_cast<std::uint32_t>(images.size.x * images.size.y));
@@ -103,7 +99,7 @@ struct ConesGl::State {
   gl::Program surfacesProgram, hemisphereProgram, lobeProgram, edgesProgram, gatherProgram, blurProgram, keepProgram;
   gl::GrowingBuffer directions{gl_};
   PixelImages images;
-  std::vector<MapImages> maps;
+  gl::ConeMaps maps{gl_};
   bool hasBefore = false;  // a frame of this size, to keep light of
   bool hasGlossy = false;
   bool wasRowsUp = false;
@@ -157,91 +153,6 @@ Status ConesGl::State::resize(std::uint32_t width, std::uint32_t height) {
                                                   std::to_string(height) + " pixels");
   images = std::move(next);
   hasBefore = hasGlossy = false;
-  return done();
-}
-
-// Whether a texture of the host's is what `what` has to be. isSigned: signed numbers will do in place of floats.
-Status ConesGl::State::checkTexture(GLuint name, const char* what, const glm::ivec2& size, bool isSigned) const {
-  const auto wrong = [&](const std::string& why) {
-    return conesError(ErrorCode::usage, std::string(what) + ": texture " + std::to_string(name) + " " + why);
-  };
-  gl_.ActiveTexture(GL_TEXTURE0 + RELUME_CONE_UNIT_NORMALS);
-  GLint now = 0;
-  if (name != 0 && gl_.IsTexture(name) == GL_TRUE) {
-    gl_.BindTexture(GL_TEXTURE_2D, name);
-    gl_.GetIntegerv(GL_TEXTURE_BINDING_2D, &now);
-  }
-  if (name == 0 || static_cast<GLuint>(now) != name) {
-    gl_.GetError();  // of binding a texture that is of another kind
-    return wrong("is no GL_TEXTURE_2D");
-  }
-  glm::ivec2 found(0);
-  GLint type = 0;
-  gl_.GetTexLevelParameteriv(GL_TEXTURE_2D, 0, GL_TEXTURE_WIDTH, &found.x);
-  gl_.GetTexLevelParameteriv(GL_TEXTURE_2D, 0, GL_TEXTURE_HEIGHT, &found.y);
-  gl_.GetTexLevelParameteriv(GL_TEXTURE_2D, 0, GL_TEXTURE_RED_TYPE, &type);
-  if (found != size)
-    return wrong("has " + std::to_string(found.x) + " x " + std::to_string(found.y) + " texels, expected " +
-                 std::to_string(size.x) + " x " + std::to_string(size.y));
-  if (type != GL_FLOAT && !(isSigned && type == GL_SIGNED_NORMALIZED)) return wrong("is not of floats");
-  return done();
-}
-
-Status ConesGl::State::checkMaps(std::span<const RsmTextures> wanted, float largestFlux) const {
-  if (!(largestFlux >= 0.0f && largestFlux <= kMaxRsmFlux))
-    return conesError(ErrorCode::usage, "largestFlux is outside of 0 to 1e30");
-  for (std::size_t i = 0; i < wanted.size(); ++i) {
-    const RsmTextures& map = wanted[i];
-    const std::string name = "reflective shadow map " + std::to_string(i);
-    if (Status ok = checkRsmSize(i, map.side, map.faces); !ok) return ok;
-    const glm::ivec2 size(static_cast<int>(map.side), static_cast<int>(map.faces * map.side));
-    if (Status ok = checkTexture(map.places, (name + ", places").c_str(), size, false); !ok) return ok;
-    if (Status ok = checkTexture(map.normals, (name + ", normals").c_str(), size, true); !ok) return ok;
-    if (Status ok = checkTexture(map.flux, (name + ", flux").c_str(), size, false); !ok) return ok;
-  }
-  return done();
-}
-
-// The CPU's maps as textures. [checkRsm() holds]
-Status ConesGl::State::uploadMaps(std::span<const RsmImage> from) {
-  const auto most = gl::deviceOf(gl_, gpu::GroupThreads::parallel).imageSide;
-  std::vector<glm::vec4> texels;
-  if (maps.size() < from.size()) maps.resize(from.size());
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    const RsmImage& image = from[i];
-    if (image.faces * image.side > most)
-      return conesError(ErrorCode::unsupported,
-                        "reflective shadow map " + std::to_string(i) + " has " + std::to_string(image.faces) +
-                            " faces of " + std::to_string(image.side) +
-                            " texels along a side, this OpenGL's textures " + std::to_string(most) + " in all");
-    const glm::ivec2 size(static_cast<int>(image.side), static_cast<int>(image.faces * image.side));
-    MapImages& to = maps[i];
-    if (to.size != size) {
-      while (gl_.GetError() != GL_NO_ERROR) {
-      }
-      MapImages made;
-      for (gl::Texture& texture : made.texture) {
-        texture = gl::makeTexture(gl_, GL_TEXTURE_2D);
-        gl_.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32F, size.x, size.y);
-      }
-      if (gl_.GetError() == GL_OUT_OF_MEMORY)
-        return conesError(ErrorCode::unsupported, "this OpenGL has not enough memory for reflective shadow map " +
-                                                      std::to_string(i) + " of " + std::to_string(image.side) +
-                                                      " texels along a side");
-      made.size = size;
-      to = std::move(made);
-    }
-    const auto write = [&](const gl::Texture& texture, const auto& texelAt) {
-      texels.clear();
-      texels.reserve(image.texel.size());
-      for (const RsmTexel& texel : image.texel) texels.push_back(texel.area > 0.0f ? texelAt(texel) : glm::vec4(0.0f));
-      bindTexture(RELUME_CONE_UNIT_RSM_PLACES, texture.get());
-      gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, size.x, size.y, GL_RGBA, GL_FLOAT, texels.data());
-    };
-    write(to.texture[0], [](const RsmTexel& texel) { return glm::vec4(texel.positionWorld, texel.area); });
-    write(to.texture[1], [](const RsmTexel& texel) { return glm::vec4(texel.normal, 0.0f); });
-    write(to.texture[2], [](const RsmTexel& texel) { return glm::vec4(texel.flux, 0.0f); });
-  }
   return done();
 }
 
@@ -428,11 +339,9 @@ Status ConesGl::fill(const VoxelVolume& volume, std::span<const RsmTextures> map
   if (Status ok = checkEmissionScale(emissionScale); !ok) return ok;
   try {
     const gl::SavedState saved(s.gl_, RELUME_CONE_UNITS);
-    if (Status ok = s.checkMaps(maps, largestFlux); !ok) return ok;
-    std::vector<gl::RsmMaps::Map> checked;
-    for (const RsmTextures& map : maps)
-      checked.push_back({map.places, map.normals, map.flux, map.side, map.faces * map.side});
-    const gl::RsmMaps all{checked, largestFlux, emissionScale};
+    const auto checked = gl::checkConeMaps(s.gl_, maps, largestFlux);
+    if (!checked) return checked.error();
+    const gl::RsmMaps all{*checked, largestFlux, emissionScale};
     return s.levels.fill(volume, nullptr, &all);
   } catch (const std::bad_alloc&) {
     return noRoom();
@@ -445,14 +354,9 @@ Status ConesGl::fill(const VoxelVolume& volume, std::span<const RsmImage> maps, 
   if (Status ok = checkRsm(maps); !ok) return ok;
   try {
     const gl::SavedState saved(s.gl_, RELUME_CONE_UNITS);
-    if (Status ok = s.uploadMaps(maps); !ok) return ok;
-    std::vector<gl::RsmMaps::Map> uploaded;
-    for (std::size_t i = 0; i < maps.size(); ++i) {
-      const auto& texture = s.maps[i].texture;
-      uploaded.push_back(
-          {texture[0].get(), texture[1].get(), texture[2].get(), maps[i].side, maps[i].faces * maps[i].side});
-    }
-    const gl::RsmMaps all{uploaded, largestFlux(maps), emissionScale};
+    const auto uploaded = s.maps.upload(maps);
+    if (!uploaded) return uploaded.error();
+    const gl::RsmMaps all{*uploaded, largestFlux(maps), emissionScale};
     return s.levels.fill(volume, nullptr, &all);
   } catch (const std::bad_alloc&) {
     return noRoom();
@@ -559,13 +463,10 @@ std::vector<std::pair<std::string, std::size_t>> ConesGl::bufferSizes() const {
   const State& s = *state_;
   const auto pixels = static_cast<std::size_t>(s.images.size.x) * static_cast<std::size_t>(s.images.size.y);
   constexpr std::size_t kPixelBytes = 10 * 16 + 2 * 4 + 1;  // of PixelImages
-  std::size_t texels = 0;
-  for (const State::MapImages& map : s.maps)
-    texels += static_cast<std::size_t>(map.size.x) * static_cast<std::size_t>(map.size.y);
   return {{"cone voxels", s.levels.voxelBytes()},
           {"cone levels", s.levels.levelBytes() + s.directions.bytes()},
           {"cone pixels", kPixelBytes * pixels},
-          {"cone maps", 3 * sizeof(glm::vec4) * texels}};
+          {"cone maps", s.maps.bytes()}};
 }
 
 }  // namespace relume

@@ -72,8 +72,8 @@ Status LitSides::checkSize(const VoxelVolume& volume) const {
   const GpuDevice device = deviceOf(gl_, gpu::GroupThreads::parallel);
   const std::size_t bytes = 3 * sizeof(glm::vec4) * volume.sideCount();
   if (bytes > device.storageBytes || rowsOfSides(volume.sideCount()) >= device.imageSide)
-    return Error{ErrorCode::unsupported, "live light: " + std::to_string(volume.sideCount() / 2) +
-                                             " voxels are more than this OpenGL's buffers hold; use fewer cells"};
+    return Error{ErrorCode::unsupported, "light on voxels: " + std::to_string(volume.sideCount() / 2) +
+                                             " of them are more than this OpenGL's buffers hold; use fewer cells"};
   return done();
 }
 

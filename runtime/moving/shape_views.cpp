@@ -2,10 +2,9 @@
 // See shape_views.h.
 #include "runtime/moving/shape_views.h"
 
+#include "formats/frame_about.h"
 #include "runtime/moving/moving_shape.h"
 #include "runtime/voxels/march.h"
-
-#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -25,9 +24,7 @@ struct Seen {
 };
 
 void lookAlong(const MovingShape& shape, const glm::vec3& toViewer, Seen& seen) {
-  const glm::vec3 side = glm::normalize(std::abs(toViewer.x) < 0.7f ? glm::vec3(0.0f, toViewer.z, -toViewer.y)
-                                                                    : glm::vec3(-toViewer.z, 0.0f, toViewer.x));
-  const glm::vec3 up = glm::cross(toViewer, side);
+  const glm::mat3 frame = frameAbout(toViewer);
   std::fill(seen.rays.begin(), seen.rays.end(), 0u);
   seen.sent = seen.met = 0;
   seen.depth = 0.0f;
@@ -36,7 +33,7 @@ void lookAlong(const MovingShape& shape, const glm::vec3& toViewer, Seen& seen) 
                 y = (2.0f * static_cast<float>(k / kRaysAcross) + 1.0f) / kRaysAcross - 1.0f;
     if (x * x + y * y > 1.0f) continue;
     ++seen.sent;
-    const glm::vec3 origin = shape.centre + shape.radius * (x * side + y * up + 2.0f * toViewer);
+    const glm::vec3 origin = shape.centre + shape.radius * (x * frame[0] + y * frame[1] + 2.0f * toViewer);
     const glm::vec3 way = -toViewer / shape.grid.voxel;  // [voxels/m]
     const MarchHit hit =
         VoxelMarch(shape.grid, shape.bits.data(), shape.grid.toGrid(origin), way).first(4.0f * shape.radius);

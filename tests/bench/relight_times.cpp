@@ -83,7 +83,7 @@ void registerScene(const Scene& scene, bool gl) {
   };
   static WorkerThreads two(2);
   RelightOptions one, both, baseline, avx2, opengl;
-  both.parallelFor = [](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) { two.run(tasks, body); };
+  both.parallelFor = two.parallelFor();
   baseline.simd = Simd::baseline;
   avx2.simd = Simd::avx2;
   opengl.backend = BackendKind::gl;

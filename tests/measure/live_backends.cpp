@@ -98,9 +98,7 @@ int main(int argc, char** argv) {
   Context context;
   const Scene scene = orExit(importGltf(argv[1], context));
   WorkerThreads pool(std::max(1u, std::thread::hardware_concurrency()));
-  VoxelVolume volume = orExit(voxeliseScene(
-      scene, cells, [&](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) { pool.run(tasks, body); },
-      context));
+  VoxelVolume volume = orExit(voxeliseScene(scene, cells, pool.parallelFor(), context));
   const EglContext gl = orExit(EglContext::create({}));
   LiveCaches onCpu = orExit(LiveCaches::create({rays}));
   LiveCachesGl onGl = orExit(LiveCachesGl::create({{rays}, EglContext::getProcAddress, "", {}}));

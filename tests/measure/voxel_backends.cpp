@@ -36,9 +36,7 @@ int main(int argc, char** argv) {
   Context context;
   const Scene scene = orExit(importGltf(argv[1], context));
   WorkerThreads pool(std::max(1u, std::thread::hardware_concurrency()));
-  const ParallelFor parallelFor = [&](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
-    pool.run(tasks, body);
-  };
+  const ParallelFor parallelFor = pool.parallelFor();
   // Uncut, as an engine has its meshes: pieces of any size.
   const VoxelScene level = orExit(VoxelScene::create(scene, 1e6f, context));
   const VoxelGeometry found = level.geometry();

@@ -155,7 +155,7 @@ TEST_F(GlMoving, givesTheLightOfTheCpu) {
       if (name == "none" || name == "outside") {
         EXPECT_EQ(found, without);
       } else {
-        EXPECT_GT(relativeError(without, found), 0.02);
+        EXPECT_GT(relativeError(without, found), 0.015);
       }
     }
   }

@@ -3,6 +3,8 @@
 // by a counter. For measurements; a game has its own.
 #pragma once
 
+#include "relume/relighter.h"
+
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
@@ -44,6 +46,11 @@ class WorkerThreads {
     drain(body, tasks);
     std::unique_lock lock(mutex_);
     idle_.wait(lock, [this] { return busy_ == 0; });
+  }
+
+  // run(), as runtime and volumes want it; while this lives.
+  ParallelFor parallelFor() {
+    return [this](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) { run(tasks, body); };
   }
 
  private:

@@ -109,11 +109,7 @@ Result<RelightTimes> measureCpu(const Bake& bake, const Bands& bands, int thread
   options.lumaBands = bands.luma;
   options.chromaBands = bands.chroma;
   options.surfelArrays = false;  // the lights are punctual
-  if (threads > 1) {
-    options.parallelFor = [&](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
-      workers.run(tasks, body);
-    };
-  }
+  if (threads > 1) options.parallelFor = workers.parallelFor();
   Result<RelightTimes> times = measureFrames(bake, options, frames, context);
   if (!times) return times.error();
   times->how = "CPU, " + std::to_string(threads) + (threads == 1 ? " thread" : " threads");

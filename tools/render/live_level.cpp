@@ -45,14 +45,10 @@ bool isSame(const LiveScene& a, const LiveScene& b) {
 Result<LiveLevel> LiveLevel::create(const Scene& scene, const LiveLevelOptions& options, Context& context) {
   const unsigned threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
   auto workers = std::make_unique<WorkerThreads>(threads);
-  const ParallelFor parallelFor = [pool = workers.get()](std::uint32_t tasks,
-                                                         const std::function<void(std::uint32_t)>& body) {
-    pool->run(tasks, body);
-  };
   auto light = LiveCaches::create({options.rays});
   if (!light) return light.error();
   Stopwatch watch;
-  auto volume = voxeliseScene(scene, options.cells, parallelFor, context);
+  auto volume = voxeliseScene(scene, options.cells, workers->parallelFor(), context);
   if (!volume) return volume.error();
   const double voxelsMs = watch.lap();
   LiveLevel level(scene, std::move(workers), std::move(*volume), std::move(*light));

@@ -3,7 +3,6 @@
 #include "tools/view/bake_on_gpu.h"
 
 #include <algorithm>
-#include <functional>
 #include <thread>
 
 namespace relume {
@@ -39,9 +38,7 @@ Status BakeOnGpu::use(const Relighter& relighter) {
 
 Status BakeOnGpu::take(std::unique_ptr<VoxelVolume> volume) {
   // The threads of the job that has found it go on with the next.
-  volume->useParallelFor([pool = threads_.get()](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
-    pool->run(tasks, body);
-  });
+  volume->useParallelFor(threads_->parallelFor());
   if (!volume_ || volume->standingVersion() != volume_->standingVersion()) {
     auto surfels = SurfelVoxels::create(*volume, level_->bake);
     if (!surfels) return surfels.error();

@@ -51,9 +51,7 @@ Result<CpuLight> CpuLight::create(const Scene& scene, const Bake& bake, const Re
   options.backend = BackendKind::cpu;
   options.lumaBands = like.lumaBands();
   options.chromaBands = like.chromaBands();
-  options.parallelFor = [pool = threads.get()](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
-    pool->run(tasks, body);
-  };
+  options.parallelFor = threads->parallelFor();
   auto relighter = Relighter::create(bake, options);
   if (!relighter) return relighter.error();
   if (previous) {
@@ -78,7 +76,7 @@ Status CpuLight::relight(LightSetup setup, std::span<const glm::mat4> moved) {
   return relighter_.relight(setup);
 }
 
-void CpuLight::upload(const GlResolveInputs& inputs, bool nodes) const {
+void CpuLight::upload(const GlResolveInputs& inputs) const {
   const std::vector<float> coefficients = relighter_.cacheCoefficients();
   const auto stride = static_cast<std::size_t>(relighter_.coefficientsPerCache());
   const CacheBands held{relighter_.lumaBands(), relighter_.chromaBands(), bake_->links.kind == LinkKind::irradiance,
@@ -112,15 +110,15 @@ void CpuLight::upload(const GlResolveInputs& inputs, bool nodes) const {
   }
   glBindBuffer(GL_COPY_WRITE_BUFFER, inputs.caches);
   glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(words.size() * sizeof(std::uint16_t)), words.data());
+  glBindBuffer(GL_COPY_WRITE_BUFFER, 0);
+}
 
-  // The nodes' radiosity
-  if (nodes) {
-    std::vector<std::uint32_t> packed;
-    for (const glm::vec3& radiosity : relighter_.nodeRadiosity()) packed.push_back(packColor(radiosity, 0.0f));
-    glBindBuffer(GL_COPY_WRITE_BUFFER, inputs.nodes);
-    glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(packed.size() * sizeof(std::uint32_t)),
-                    packed.data());
-  }
+void CpuLight::uploadNodes(const GlResolveInputs& inputs) const {
+  std::vector<std::uint32_t> packed;
+  for (const glm::vec3& radiosity : relighter_.nodeRadiosity()) packed.push_back(packColor(radiosity, 0.0f));
+  glBindBuffer(GL_COPY_WRITE_BUFFER, inputs.nodes);
+  glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(packed.size() * sizeof(std::uint32_t)),
+                  packed.data());
   glBindBuffer(GL_COPY_WRITE_BUFFER, 0);
 }
 

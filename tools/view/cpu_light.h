@@ -32,9 +32,10 @@ class CpuLight {
   // Relighter::relight(), the visibility of the setup being its own. moved[k] comes after the own transforms of
   // movingNodes()[k]. Errors of RayTracer as well. [Size moved: movingNodes()]
   Status relight(LightSetup setup, std::span<const glm::mat4> moved);
-  // Put its light into what `inputs` names, of the relighter that it was made like; with that of the nodes, which
-  // nothing is drawn by.
-  void upload(const GlResolveInputs& inputs, bool nodes) const;
+  // Put its light into what `inputs` names, of the relighter that it was made like: what is drawn by; and that of the
+  // nodes, for voxels.
+  void upload(const GlResolveInputs& inputs) const;
+  void uploadNodes(const GlResolveInputs& inputs) const;
   Relighter& relighter() { return relighter_; }
   const Relighter& relighter() const { return relighter_; }
 

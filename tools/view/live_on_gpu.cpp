@@ -17,9 +17,7 @@ Result<LiveOnGpu> LiveOnGpu::create(const LiveLevelOptions& options, const GetPr
 
 void LiveOnGpu::take(std::unique_ptr<VoxelVolume> volume) {
   // The threads of the job that has found it go on with the next.
-  volume->useParallelFor([pool = threads_.get()](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
-    pool->run(tasks, body);
-  });
+  volume->useParallelFor(threads_->parallelFor());
   volume_ = std::move(volume);
   isNew_ = true;
 }

@@ -172,7 +172,7 @@ Status Viewer::relight(const ViewState& state, const std::vector<Light>& lights,
   for (int frame = 0; frame < std::max(state.bounces, 1); ++frame) {
     if (Status ok = cpu_ ? cpu_->relight(setup, moved) : gl_->relight(setup); !ok) return ok;
   }
-  if (cpu_) cpu_->upload(gl_->gl()->inputs(), shadingKind(state, false, true).cones);
+  if (cpu_) cpu_->upload(gl_->gl()->inputs());
   return done();
 }
 
@@ -184,8 +184,9 @@ Status Viewer::lightVoxels(const ViewState& state, const std::vector<Light>& lig
     if (!made) return made.error();
     voxels_ = std::move(*made);
   }
-  return voxels_->update({gl_->gl()->inputs(), lights, glm::vec3(state.emission), state.liveStep > 0.0}, moved,
-                         shadows_);
+  const GlResolveInputs inputs = gl_->gl()->inputs();
+  if (cpu_) cpu_->uploadNodes(inputs);
+  return voxels_->update({inputs, lights, glm::vec3(state.emission), state.liveStep > 0.0}, moved, shadows_);
 }
 
 // What cones find for the view.
