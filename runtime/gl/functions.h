@@ -31,6 +31,7 @@ namespace relume::gl {
   X(BufferSubData, BUFFERSUBDATA)                     \
   X(ClearBufferData, CLEARBUFFERDATA)                 \
   X(CompileShader, COMPILESHADER)                     \
+  X(CopyBufferSubData, COPYBUFFERSUBDATA)             \
   X(CopyImageSubData, COPYIMAGESUBDATA)               \
   X(CreateProgram, CREATEPROGRAM)                     \
   X(CreateShader, CREATESHADER)                       \

@@ -38,8 +38,7 @@ Result<Owned<GlBackend>> GlBackend::create(const Functions& gl, const Bake& bake
                                            GridTexture texture, std::pmr::memory_resource* memory,
                                            std::uint32_t movingParts, std::uint32_t movingLag,
                                            std::optional<gpu::GroupThreads> wanted) {
-  const gpu::GroupThreads threads =
-      wanted ? *wanted : groupThreadsOf(reinterpret_cast<const char*>(gl.GetString(GL_RENDERER)));
+  const gpu::GroupThreads threads = groupThreadsOf(gl, wanted);
   const SavedState saved(gl);
   Result<Owned<gpu::FramePlan>> plan =
       gpu::FramePlan::create(bake, texture, bands, images, deviceOf(gl, threads), memory, movingParts, movingLag);

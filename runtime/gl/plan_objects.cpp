@@ -77,6 +77,10 @@ gpu::GroupThreads groupThreadsOf(const char* renderer) {
   return software ? gpu::GroupThreads::serial : gpu::GroupThreads::parallel;
 }
 
+gpu::GroupThreads groupThreadsOf(const Functions& gl, std::optional<gpu::GroupThreads> wanted) {
+  return wanted ? *wanted : groupThreadsOf(reinterpret_cast<const char*>(gl.GetString(GL_RENDERER)));
+}
+
 GpuDevice deviceOf(const Functions& gl, gpu::GroupThreads threads) {
   GpuDevice device;
   GLint64 storage = 0;
@@ -98,23 +102,25 @@ GpuDevice deviceOf(const Functions& gl, gpu::GroupThreads threads) {
   return device;
 }
 
-Buffer makeBuffer(const Functions& gl, std::span<const std::byte> data, std::size_t bytes, GLenum usage) {
+Buffer makeBuffer(const Functions& gl, std::span<const std::byte> data, std::size_t bytes, GLenum usage,
+                  std::pmr::memory_resource* memory) {
+  std::pmr::vector<std::byte> all(memory);
+  if (!data.empty() && data.size() < bytes) {
+    all.resize(bytes);
+    std::copy(data.begin(), data.end(), all.begin());
+    data = all;
+  }
   GLuint name = 0;
   gl.GenBuffers(1, &name);
   Buffer buffer{Handle<detail::deleteBuffer>(gl, name), static_cast<GLsizeiptr>(bytes)};
   gl.BindBuffer(GL_COPY_WRITE_BUFFER, name);
-  if (data.size() == bytes) {
-    gl.BufferData(GL_COPY_WRITE_BUFFER, buffer.bytes, data.data(), usage);
-    return buffer;
-  }
-  gl.BufferData(GL_COPY_WRITE_BUFFER, buffer.bytes, nullptr, usage);
-  gl.ClearBufferData(GL_COPY_WRITE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
-  if (!data.empty()) gl.BufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(data.size()), data.data());
+  gl.BufferData(GL_COPY_WRITE_BUFFER, buffer.bytes, data.empty() ? nullptr : data.data(), usage);
+  if (data.empty()) gl.ClearBufferData(GL_COPY_WRITE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
   return buffer;
 }
 
 PlanObjects::PlanObjects(const Functions& gl, const gpu::FramePlan& plan, std::pmr::memory_resource* memory)
-    : gl_(gl), plan_(plan), memory_(memory), buffers_(memory), textures_(memory), programs_(memory) {}
+    : gl_(gl), plan_(plan), memory_(memory), buffers_(memory), textures_(memory), programs_(memory), writes_(gl) {}
 
 Texture PlanObjects::makeTexture(const GpuImage& image) const {
   const GLenum target = targetOf(image.shape), stored = formatOf(image.format).stored;
@@ -154,8 +160,9 @@ void PlanObjects::fillTexture(const GpuImage& image, const Texture& texture, con
 }
 
 Status PlanObjects::make(std::string_view visibilityGlsl) {
+  writes_.prepare();
   for (const GpuBuffer& buffer : plan_.buffers())
-    buffers_.push_back(makeBuffer(gl_, buffer.contents, buffer.bytes, usageOf(buffer.use)));
+    buffers_.push_back(makeBuffer(gl_, buffer.contents, buffer.bytes, usageOf(buffer.use), memory_));
   for (const GpuImage& image : plan_.images()) {
     textures_.emplace_back();
     if (image.use == GpuUse::frame) continue;
@@ -193,7 +200,7 @@ GLuint PlanObjects::program(std::string_view path) const {
 void PlanObjects::makeSurfelLight() {
   const std::size_t bytes = plan_.surfelSlots() * sizeof(glm::vec4);
   if (bufferBytes(gpu::kSurfelLight) < bytes)
-    buffers_[gpu::kSurfelLight] = makeBuffer(gl_, {}, bytes, usageOf(GpuUse::light));
+    buffers_[gpu::kSurfelLight] = makeBuffer(gl_, {}, bytes, usageOf(GpuUse::light), memory_);
 }
 
 void PlanObjects::makeDrivenImage(std::uint32_t image) {
@@ -266,9 +273,7 @@ void PlanObjects::upload(std::span<const GpuUpload> uploads) {
       buffer = makeBuffer(gl_, each.bytes, each.bytes.size(), GL_STREAM_DRAW);
       continue;
     }
-    gl_.BindBuffer(GL_COPY_WRITE_BUFFER, buffer.get());
-    gl_.BufferData(GL_COPY_WRITE_BUFFER, buffer.bytes, nullptr, GL_STREAM_DRAW);
-    gl_.BufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(each.bytes.size()), each.bytes.data());
+    writes_.write(buffer, 0, each.bytes);
   }
 }
 
@@ -332,10 +337,7 @@ void PlanObjects::clearLight(const Bake& bake) {
   gl_.ClearBufferData(GL_COPY_WRITE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
   for (const std::uint32_t map : {gpu::kMapY, gpu::kMapCo, gpu::kMapCg})
     fillTexture(plan_.images()[map], textures_[map], zeros.data());
-  gl_.BindBuffer(GL_COPY_WRITE_BUFFER, buffers_[gpu::kTexelColors].get());
-  const auto texelBytes_ = std::as_bytes(std::span(texels.data(), texels.size()));
-  if (!texels.empty())
-    gl_.BufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(texelBytes_.size()), texelBytes_.data());
+  writes_.write(buffers_[gpu::kTexelColors], 0, std::as_bytes(std::span(texels.data(), texels.size())));
 }
 
 }  // namespace relume::gl

@@ -5,10 +5,12 @@
 
 #include "relume/result.h"
 #include "runtime/gl/handle.h"
+#include "runtime/gl/host_writes.h"
 #include "runtime/passes/frame_plan.h"
 
 #include <array>
 #include <memory_resource>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -17,12 +19,16 @@ namespace relume::gl {
 // OpenGL has no limit that tells the two apart, and a measurement when the backend is made would cost every load and
 // cut the work differently from run to run, so the driver's name decides.
 gpu::GroupThreads groupThreadsOf(const char* renderer);
+// What is wanted, or suits the context's driver.
+gpu::GroupThreads groupThreadsOf(const Functions& gl, std::optional<gpu::GroupThreads> wanted);
 
 // What the driver can do. It has no limit of lights and arrays: buffers grow with what frames hand over.
 GpuDevice deviceOf(const Functions& gl, gpu::GroupThreads threads);
 
-// A buffer of `bytes`, of which `data` are the first; zeros where there are none.
-Buffer makeBuffer(const Functions& gl, std::span<const std::byte> data, std::size_t bytes, GLenum usage);
+// A buffer of `bytes`, of which `data` are the first; zeros where there are none. memory: for a copy until it is handed
+// over. What is written to it before the device has used it goes by HostWrites.
+Buffer makeBuffer(const Functions& gl, std::span<const std::byte> data, std::size_t bytes, GLenum usage,
+                  std::pmr::memory_resource* memory = std::pmr::get_default_resource());
 
 // Copy a buffer to memory, leaving the bindings as they were.
 template <class T>
@@ -82,6 +88,7 @@ class PlanObjects {
   std::pmr::vector<Buffer> buffers_;
   std::pmr::vector<Texture> textures_;  // those of images that frames hand over when the first one comes
   std::pmr::vector<PlanProgram> programs_;
+  HostWrites writes_;
   std::array<Sampler, kGpuSamplers> samplers_;  // between mip levels, where images may be handed over
 };
 

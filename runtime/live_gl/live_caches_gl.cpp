@@ -230,9 +230,7 @@ Result<LiveCachesGl> LiveCachesGl::create(const LiveCachesGlOptions& options) {
   if (Status ok = checkLiveOptions(options.live); !ok) return ok.error();
   const Result<gl::Functions> functions = gl::loadFunctions(options.getProcAddress);
   if (!functions) return functions.error();
-  const gpu::GroupThreads groups =
-      options.groups ? *options.groups
-                     : gl::groupThreadsOf(reinterpret_cast<const char*>(functions->GetString(GL_RENDERER)));
+  const gpu::GroupThreads groups = gl::groupThreadsOf(*functions, options.groups);
   const gl::SavedState saved(*functions);
   auto state = std::make_unique<State>(*functions, options.live, groups);
   if (Status ok = state->compile(options.visibilityGlsl); !ok) return ok.error();

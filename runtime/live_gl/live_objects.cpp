@@ -30,19 +30,22 @@ bool GrowingBuffer::reserve(std::size_t wanted) {
   if (bytes() >= std::max(wanted, kLeast)) return false;
   // A quarter more, so that what moves does not ask again each frame; whole words.
   buffer_ = makeBuffer(*gl_, {}, std::max(wanted + wanted / 4, kLeast) / 16 * 16 + 16, GL_DYNAMIC_DRAW);
+  writes_.prepare();
   return true;
 }
 
-void GrowingBuffer::write(std::size_t begin, std::span<const std::byte> data) {
-  if (data.empty()) return;
-  gl_->BindBuffer(GL_COPY_WRITE_BUFFER, name());
-  gl_->BufferSubData(GL_COPY_WRITE_BUFFER, static_cast<GLintptr>(begin), static_cast<GLsizeiptr>(data.size()),
-                     data.data());
-}
+void GrowingBuffer::write(std::size_t begin, std::span<const std::byte> data) { writes_.write(buffer_, begin, data); }
 
 void GrowingBuffer::clear() {
   gl_->BindBuffer(GL_COPY_WRITE_BUFFER, name());
   gl_->ClearBufferData(GL_COPY_WRITE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
+}
+
+std::uint32_t GrowingBuffer::readWord() const {
+  std::uint32_t word = 0;
+  gl_->BindBuffer(GL_COPY_READ_BUFFER, name());
+  gl_->GetBufferSubData(GL_COPY_READ_BUFFER, 0, sizeof word, &word);
+  return word;
 }
 
 void GrowingBuffer::bind(GLuint slot) const { gl_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, slot, name()); }

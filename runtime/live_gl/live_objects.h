@@ -3,6 +3,7 @@
 #pragma once
 
 #include "runtime/gl/handle.h"
+#include "runtime/gl/host_writes.h"
 
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
@@ -17,19 +18,22 @@ namespace relume::gl {
 // A storage buffer with room for more than it holds.
 class GrowingBuffer {
  public:
-  explicit GrowingBuffer(const Functions& gl) : gl_(&gl) {}
+  explicit GrowingBuffer(const Functions& gl) : gl_(&gl), writes_(gl) {}
   // Room for so many bytes. True where there was none: what it held is gone, and all is zero.
   bool reserve(std::size_t wanted);
   // [begin + data within what was reserved]
   void write(std::size_t begin, std::span<const std::byte> data);
   void clear();
   void bind(GLuint slot) const;
+  // The first word, read back.
+  std::uint32_t readWord() const;
   GLuint name() const { return buffer_.get(); }
   std::size_t bytes() const { return static_cast<std::size_t>(buffer_.bytes); }
 
  private:
   const Functions* gl_;
   Buffer buffer_;
+  HostWrites writes_;
 };
 
 // How a texture's texels are stored and handed over.

@@ -94,6 +94,7 @@ struct VoxelsGl::State {
   std::vector<gl::RelumePlace> places;
   gl::Program clearProgram, voxeliseProgram, largeProgram;
   gl::Buffer positions, placeBuffer, large;
+  gl::HostWrites writes{gl_};
   std::uint32_t blocks = 0;  // of RELUME_LIVE_BLOCK voxels on a side
   Layer standing{gl_}, moving{gl_};
 };
@@ -165,13 +166,9 @@ Status VoxelsGl::State::make(const VoxelGeometry& geometry, gpu::GroupThreads th
 // them is left.
 void VoxelsGl::State::voxelise(bool isMoving) {
   Layer& layer = isMoving ? moving : standing;
-  const auto write = [this](const gl::Buffer& buffer, std::span<const std::byte> data) {
-    gl_.BindBuffer(GL_COPY_WRITE_BUFFER, buffer.get());
-    gl_.BufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(data.size()), data.data());
-  };
   const std::array<std::uint32_t, 5> noLarge{blocks, 0, 1, 0, 0};
-  if (!places.empty()) write(placeBuffer, gl::bytesOf(places));
-  write(large, gl::bytesOf(noLarge));
+  writes.write(placeBuffer, 0, gl::bytesOf(places));
+  writes.write(large, 0, gl::bytesOf(noLarge));
   layer.bricks.bindImage(RELUME_LIVE_IMAGE_BRICKS);
   gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, RELUME_LIVE_SLOT_POSITIONS, positions.get());
   gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, RELUME_LIVE_SLOT_TRIANGLES, layer.triangles.get());
@@ -205,9 +202,7 @@ Result<VoxelsGl> VoxelsGl::create(const VoxelGeometry& geometry, const VolumeGri
   const Result<gl::Functions> functions = gl::loadFunctions(options.getProcAddress);
   if (!functions) return functions.error();
   try {
-    const gpu::GroupThreads threads =
-        options.groups ? *options.groups
-                       : gl::groupThreadsOf(reinterpret_cast<const char*>(functions->GetString(GL_RENDERER)));
+    const gpu::GroupThreads threads = gl::groupThreadsOf(*functions, options.groups);
     auto state = std::make_unique<State>(*functions);
     const gl::SavedState saved(state->gl_);
     state->grid = grid;
