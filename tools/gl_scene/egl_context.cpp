@@ -48,24 +48,27 @@ bool hasExtension(const char* list, const char* name) {
   return false;
 }
 
-// Displays that need no window system, best first.
+// Displays that need no window system, best first: hardware before software, wherever two vendors' drivers are.
 std::vector<EGLDisplay> headlessDisplays() {
-  std::vector<EGLDisplay> displays;
+  std::vector<EGLDisplay> displays, software;
   const char* client = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
   if (!hasExtension(client, "EGL_EXT_platform_base")) return displays;
-  if (hasExtension(client, "EGL_MESA_platform_surfaceless")) {
-    displays.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr));
-  }
   if (hasExtension(client, "EGL_EXT_platform_device") &&
       (hasExtension(client, "EGL_EXT_device_enumeration") || hasExtension(client, "EGL_EXT_device_base"))) {
     std::array<EGLDeviceEXT, 16> devices{};
     EGLint count = 0;
     if (!eglQueryDevicesEXT(static_cast<EGLint>(devices.size()), devices.data(), &count)) count = 0;
+    const bool canTell = hasExtension(client, "EGL_EXT_device_query") || hasExtension(client, "EGL_EXT_device_base");
     for (EGLint i = 0; i < count; ++i) {
-      displays.push_back(
-          eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[static_cast<std::size_t>(i)], nullptr));
+      EGLDeviceEXT device = devices[static_cast<std::size_t>(i)];
+      const bool isSoftware =
+          canTell && hasExtension(eglQueryDeviceStringEXT(device, EGL_EXTENSIONS), "EGL_MESA_device_software");
+      (isSoftware ? software : displays).push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, device, nullptr));
     }
   }
+  if (hasExtension(client, "EGL_MESA_platform_surfaceless"))
+    displays.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr));
+  displays.insert(displays.end(), software.begin(), software.end());
   return displays;
 }
 
