@@ -83,11 +83,11 @@ CacheGroup chooseCacheGroup(GroupThreads threads, const CacheBands& bands, std::
   constexpr std::size_t kLanes = 32;
   const std::size_t bytesPerCache = kLanes * 2 * cacheBytes(bands);
   if (threads == GroupThreads::serial || bytesPerCache > sharedBytes) return {1, 64};
-  return {kLanes, static_cast<int>(std::min<std::size_t>(sharedBytes / bytesPerCache, 4))};
+  return {kLanes, static_cast<int>(std::min<std::size_t>(sharedBytes / bytesPerCache, 2))};
 }
 
 OccludeGroup chooseOccludeGroup(GroupThreads threads, std::uint32_t parts) {
-  if (threads == GroupThreads::parallel) return {32, 4, 32};
+  if (threads == GroupThreads::parallel) return {128, 8, 32};
   // Mesa's software driver ends all loops of a thread after 65536 rounds: the more parts, the fewer links to a thread.
   return parts <= 16 ? OccludeGroup{64, 16, 8} : OccludeGroup{64, 2, 32};
 }
