@@ -7,8 +7,9 @@
 #include "lib/cone_depth.glsl"
 #include "lib/cone_voxels.glsl"
 #include "lib/cone_list.glsl"
+#include "lib/cone_unit.glsl"
 
-layout(rgba32f, binding = 0) writeonly uniform image3D level;
+layout(RELUME_CONE_LEVEL_FORMAT, binding = 0) writeonly uniform image3D level;
 
 void main() {
   uint i = relumeLiveThread();
@@ -43,7 +44,7 @@ void main() {
         depth *= max(cosine, 0.1);
       }
 #endif
-      part[c] = vec4(depth * radiance, depth);
+      part[c] = vec4(depth / relumeConeUnit() * radiance, depth);
     }
     imageStore(level, ivec3(d * 2u * relumeLiveSize.x, 0, 0) + v, relumeConeTogether(part, d));
   }

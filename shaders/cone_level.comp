@@ -5,10 +5,11 @@
 #include "lib/live_threads.glsl"
 #include "lib/cone_depth.glsl"
 #include "lib/cone_list.glsl"
+#include "lib/cone_unit.glsl"
 
 layout(binding = RELUME_CONE_UNIT_FIRST) uniform sampler3D firstLevel;
 layout(binding = RELUME_CONE_UNIT_LEVELS) uniform sampler3D furtherLevels;
-layout(rgba32f, binding = 0) writeonly uniform image3D levels;
+layout(RELUME_CONE_LEVEL_FORMAT, binding = 0) writeonly uniform image3D levels;
 
 uniform uvec3 relumeConeSize;     // of the level
 uniform uvec3 relumeConeBelow;    // size of the one below

@@ -30,31 +30,35 @@ std::uint32_t rowsOfTexels(std::size_t texels) {
 
 std::uint32_t countOf(const glm::uvec3& size) { return size.x * size.y * size.z; }
 
+// As shaders/lib/cone_unit.glsl has it.
+float unitOf(std::uint32_t brightest) { return std::bit_cast<float>((std::max(brightest >> 23, 53u) - 12u) << 23); }
+
 }  // namespace
 
-ConeLevels::ConeLevels(const Functions& gl, RadianceMips::Directions directions)
+ConeLevels::ConeLevels(const Functions& gl, RadianceMips::Directions directions, gpu::GroupThreads groups)
     : gl_(gl),
       directions_(directions),
+      halves_(groups == gpu::GroupThreads::parallel),
       cells_(gl),
       sources_(gl),
       listBuffer_(gl),
       rsmVoxels_(gl),
       rsmSums_(gl),
+      brightest_(gl),
       radiance_(gl, kFloats, RELUME_LIVE_SIDES_A_ROW),
       sides_(gl, kFloats, RELUME_LIVE_SIDES_A_ROW),
       timer_(gl) {}
 
 std::vector<std::pair<std::string, std::string>> ConeLevels::defines() const {
-  return {{"RELUME_CONE_DIRECTIONS", std::to_string(perVoxel())}};
+  return {{"RELUME_CONE_DIRECTIONS", std::to_string(perVoxel())}, {"RELUME_CONE_HALVES", halves_ ? "1" : "0"}};
 }
 
 Status ConeLevels::compile() {
   const auto list = defines();
-  const std::pair<Program*, const char*> programs[] = {{&injectProgram_, "cone_inject.comp"},
-                                                       {&rsmProgram_, "cone_rsm.comp"},
-                                                       {&rsmLightProgram_, "cone_rsm_light.comp"},
-                                                       {&firstProgram_, "cone_first.comp"},
-                                                       {&levelProgram_, "cone_level.comp"}};
+  const std::pair<Program*, const char*> programs[] = {
+      {&injectProgram_, "cone_inject.comp"},      {&rsmProgram_, "cone_rsm.comp"},
+      {&rsmLightProgram_, "cone_rsm_light.comp"}, {&brightestProgram_, "cone_brightest.comp"},
+      {&firstProgram_, "cone_first.comp"},        {&levelProgram_, "cone_level.comp"}};
   for (const auto& [program, path] : programs) {
     Result<Program> made = makeComputeProgram(gl_, path, list);
     if (!made) return made.error();
@@ -100,7 +104,7 @@ void ConeLevels::makeLevels() {
     for (const auto wrap : std::to_array<GLenum>({GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}))
       gl_.TexParameteri(GL_TEXTURE_3D, wrap, GL_CLAMP_TO_EDGE);
     const auto width = static_cast<GLsizei>(x), height = static_cast<GLsizei>(y), depth = static_cast<GLsizei>(z);
-    gl_.TexStorage3D(GL_TEXTURE_3D, 1, GL_RGBA32F, width, height, depth);
+    gl_.TexStorage3D(GL_TEXTURE_3D, 1, levelFormat(), width, height, depth);
     const std::vector<glm::vec4> zero(std::size_t{x} * y);
     for (GLint slice = 0; slice < depth; ++slice)
       gl_.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, slice, width, height, 1, GL_RGBA, GL_FLOAT, zero.data());
@@ -286,19 +290,31 @@ void ConeLevels::bindLevels() const {
 }
 
 void ConeLevels::bindLevelImage(std::uint32_t level) const {
-  gl_.BindImageTexture(0, level == 1 ? first_.get() : further_.get(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA32F);
+  gl_.BindImageTexture(0, level == 1 ? first_.get() : further_.get(), 0, GL_TRUE, 0, GL_WRITE_ONLY, levelFormat());
 }
 
 void ConeLevels::bind(const Program& program) const {
   bindVoxels(program);
   bindLevels();
+  brightest_.bind(RELUME_CONE_SLOT_BRIGHTEST);
   setUniform(gl_, program, "relumeConeLevelCount", levels());
   for (std::size_t l = 1; l <= sizes_.size(); ++l)
     setUniform(gl_, program, ("relumeConeOffset[" + std::to_string(l) + "]").c_str(), offsets_[l - 1]);
 }
 
+// Of halves.
+void ConeLevels::findUnit() {
+  brightest_.reserve(sizeof(std::uint32_t));
+  brightest_.clear();
+  brightest_.bind(RELUME_CONE_SLOT_BRIGHTEST);
+  bindVoxels(brightestProgram_);
+  runThreads(gl_, brightestProgram_, static_cast<std::uint32_t>(source_.size()));
+  waitForShaders(gl_);
+}
+
 // Each level from the one below.
 void ConeLevels::runLevels() {
+  if (halves_) findUnit();
   bindVoxels(firstProgram_);
   bindLevels();
   listBuffer_.bind(RELUME_CONE_SLOT_LIST);
@@ -367,13 +383,15 @@ std::vector<glm::vec4> ConeLevels::texels(std::uint32_t level) const {
   gl_.ActiveTexture(GL_TEXTURE0 + RELUME_CONE_UNIT_FIRST);
   gl_.BindTexture(GL_TEXTURE_3D, level == 1 ? first_.get() : further_.get());
   gl_.GetTexImage(GL_TEXTURE_3D, 0, GL_RGBA, GL_FLOAT, all.data());
+  const glm::vec4 unit(glm::vec3(halves_ ? unitOf(brightest_.readWord()) : 1.0f), 1.0f);
   std::vector<glm::vec4> found;
   found.reserve(std::size_t{perVoxel()} * countOf(size));
   for (std::uint32_t z = 0; z < size.z; ++z) {
     for (std::uint32_t y = 0; y < size.y; ++y) {
       for (std::uint32_t x = 0; x < size.x; ++x) {
         for (std::uint32_t d = 0; d < perVoxel(); ++d)
-          found.push_back(all[((offsets_[level - 1] + z) * whole.y + y) * std::size_t{whole.x} + d * size.x + x]);
+          found.push_back(unit *
+                          all[((offsets_[level - 1] + z) * whole.y + y) * std::size_t{whole.x} + d * size.x + x]);
       }
     }
   }
@@ -402,7 +420,7 @@ std::size_t ConeLevels::levelBytes() const {
   if (sizes_.empty()) return 0;
   const std::size_t texels = std::size_t{perVoxel()} * (countOf(sizes_[0]) + std::size_t{sizes_[1].x} * sizes_[1].y *
                                                                                  (offsets_.back() + sizes_.back().z));
-  return texels * sizeof(glm::vec4);
+  return texels * (halves_ ? sizeof(glm::vec4) / 2 : sizeof(glm::vec4));
 }
 
 }  // namespace relume::gl

@@ -5,8 +5,9 @@
 // Voxels that stand and those that move have one numbering, so that a place is looked up once. Of each level the voxels
 // that are not empty are listed, and no others are found anew in a frame.
 //
-// Level 1 is a 3-D texture of RGBA32F, its directions beside each other along x; the further levels are another one,
-// one behind the other along z.
+// Level 1 is a 3-D texture of RGBA16F, or RGBA32F for software drivers, its directions beside each other along x; the
+// further levels are another one, one behind the other along z. Halves count radiance in a unit of their own
+// (shaders/lib/cone_unit.glsl).
 #pragma once
 
 #include "relume/result.h"
@@ -14,6 +15,7 @@
 #include "runtime/gl/timer.h"
 #include "runtime/live_gl/lit_sides.h"
 #include "runtime/live_gl/live_objects.h"
+#include "runtime/passes/programs.h"
 #include "runtime/voxels/voxel_volume.h"
 #include "shaders/shared/layout.h"
 
@@ -41,7 +43,7 @@ struct RsmMaps {
 
 class ConeLevels {
  public:
-  ConeLevels(const Functions& gl, RadianceMips::Directions directions);
+  ConeLevels(const Functions& gl, RadianceMips::Directions directions, gpu::GroupThreads groups);
 
   // State must be saved, here and below. failed: a shader's log.
   Status compile();
@@ -65,7 +67,7 @@ class ConeLevels {
   std::vector<PassTime> passTimes();
   std::size_t voxelBytes() const {
     return cells_.bytes() + sides_.bytes() + radiance_.bytes() + sources_.bytes() + listBuffer_.bytes() +
-           rsmVoxels_.bytes() + rsmSums_.bytes();
+           rsmVoxels_.bytes() + rsmSums_.bytes() + brightest_.bytes();
   }
   std::size_t levelBytes() const;
 
@@ -79,15 +81,18 @@ class ConeLevels {
   void writeRsmVoxels(const VoxelVolume& volume);
   void inject(const LitSides& lit);
   void inject(const RsmMaps& maps);
+  void findUnit();
   void runLevels();
   void bindVoxels(const Program& program) const;
   void bindLevels() const;
   void bindLevelImage(std::uint32_t level) const;
+  GLenum levelFormat() const { return halves_ ? GL_RGBA16F : GL_RGBA32F; }
   std::uint32_t perVoxel() const { return directions_ == RadianceMips::Directions::six ? 6 : 1; }
 
   const Functions& gl_;
   RadianceMips::Directions directions_;
-  Program injectProgram_, rsmProgram_, rsmLightProgram_, firstProgram_, levelProgram_;
+  bool halves_;  // of the levels' texels
+  Program injectProgram_, rsmProgram_, rsmLightProgram_, brightestProgram_, firstProgram_, levelProgram_;
   VolumeGrid grid_;
   std::vector<glm::uvec3> sizes_;       // [Size levels()]
   std::vector<std::uint32_t> offsets_;  // along z, of each
@@ -108,7 +113,7 @@ class ConeLevels {
   // where each level's begin. [Size levels() + 1]
   std::vector<std::uint32_t> occupied_, firstOccupied_, listed_, firstListed_;
   CellTexture cells_;
-  GrowingBuffer sources_, listBuffer_, rsmVoxels_, rsmSums_;
+  GrowingBuffer sources_, listBuffer_, rsmVoxels_, rsmSums_, brightest_;
   GrowingRows radiance_, sides_;
   FrameTimer<2> timer_;
   double voxelsMs_ = 0.0;

@@ -67,8 +67,12 @@ struct ConesGl::State {
     PixelImage normals, mirrored, glossy, edges;
   };
 
-  State(const gl::Functions& functions, const ConesGlOptions& wanted)
-      : gl_(functions), options(wanted.pixels), hemisphere(wanted.hemisphere), levels(gl_, wanted.directions) {}
+  State(const gl::Functions& functions, const ConesGlOptions& wanted, gpu::GroupThreads groups)
+      : gl_(functions),
+        options(wanted.pixels),
+        hemisphere(wanted.hemisphere),
+        levels(gl_, wanted.directions, groups),
+        isSerial(groups == gpu::GroupThreads::serial) {}
 
   Status compile();
   Status resize(std::uint32_t width, std::uint32_t height);
@@ -96,6 +100,7 @@ struct ConesGl::State {
   PixelConeOptions options;
   bool hemisphere;
   gl::ConeLevels levels;
+  bool isSerial;  // threads of a work group run one after the other
   gl::Program surfacesProgram, hemisphereProgram, lobeProgram, edgesProgram, gatherProgram, blurProgram, keepProgram;
   gl::GrowingBuffer directions{gl_};
   PixelImages images;
@@ -110,7 +115,8 @@ struct ConesGl::State {
 
 Status ConesGl::State::compile() {
   if (Status ok = levels.compile(); !ok) return ok;
-  const auto defines = levels.defines();
+  auto defines = levels.defines();
+  defines.emplace_back("RELUME_CONE_SHARES", isSerial ? "0" : "1");
   const std::pair<gl::Program*, const char*> programs[] = {
       {&surfacesProgram, "cone_surfaces.comp"}, {&hemisphereProgram, "cone_hemisphere.comp"},
       {&lobeProgram, "cone_lobe.comp"},         {&edgesProgram, "cone_edges.comp"},
@@ -223,21 +229,29 @@ void ConesGl::State::lightPixels(const LiveSky& sky, GLuint normals, bool rowsUp
   timer.mark(3);
 
   // 3. The pattern's cones together, and a blur
-  const auto pass = [&](const gl::Program& program) {
+  const auto pixels = static_cast<std::uint32_t>(images.size.x * images.size.y);
+  // Of each strip as many as a work group has.
+  const auto stripThreads = [&](const glm::ivec2& along) {
+    const auto size = glm::uvec2(images.size);
+    const std::uint32_t length = along.x != 0 ? size.x : size.y;
+    return pixels / length * ((length + RELUME_LIVE_GROUP - 1) / RELUME_LIVE_GROUP * RELUME_LIVE_GROUP);
+  };
+  const auto pass = [&](const gl::Program& program, std::uint32_t threads) {
     bindSurfaces(program);
     light[from].bind(gl_, RELUME_CONE_UNIT_LIGHT);
     light[to].bindImage(gl_, 0);
-    run(program);
+    gl::runThreads(gl_, program, threads);
+    gl::waitForShaders(gl_);
     std::swap(from, to);
   };
   images.edges.bind(gl_, RELUME_CONE_UNIT_EDGES);
-  if (options.gather) pass(gatherProgram);
+  if (options.gather) pass(gatherProgram, pixels);
   timer.mark(4);
   for (const glm::ivec2& along : {glm::ivec2(1, 0), glm::ivec2(0, 1)}) {
     if (!options.blur) break;
     gl_.ProgramUniform2i(blurProgram.get(), gl_.GetUniformLocation(blurProgram.get(), "relumeConeAlong"), along.x,
                          along.y);
-    pass(blurProgram);
+    pass(blurProgram, stripThreads(along));
   }
   timer.mark(5);
 
@@ -253,7 +267,7 @@ void ConesGl::State::lightPixels(const LiveSky& sky, GLuint normals, bool rowsUp
   gl::setUniform(gl_, keepProgram, "relumeConeMost", static_cast<float>(options.mostFrames));
   gl_.ProgramUniformMatrix4fv(keepProgram.get(), gl_.GetUniformLocation(keepProgram.get(), "relumeConeOldClip"), 1,
                               GL_FALSE, glm::value_ptr(oldClip));
-  pass(keepProgram);
+  pass(keepProgram, pixels);
   std::swap(light[0], light[from]);
 }
 
@@ -296,7 +310,8 @@ Result<ConesGl> ConesGl::create(const ConesGlOptions& options) {
   const Result<gl::Functions> functions = gl::loadFunctions(options.getProcAddress);
   if (!functions) return functions.error();
   const gl::SavedState saved(*functions, RELUME_CONE_UNITS);
-  auto state = std::make_unique<State>(*functions, options);
+  const gpu::GroupThreads groups = gl::groupThreadsOf(*functions, options.groups);
+  auto state = std::make_unique<State>(*functions, options, groups);
   if (Status ok = state->compile(); !ok) return ok.error();
   return ConesGl(std::move(state));
 }

@@ -17,12 +17,14 @@
 #include "relume/result.h"
 #include "runtime/cones/pixel_cones.h"
 #include "runtime/cones/rsm_voxels.h"
+#include "runtime/passes/programs.h"
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec4.hpp>
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -39,6 +41,8 @@ struct ConesGlOptions {
   RadianceMips::Directions directions = RadianceMips::Directions::six;
   bool hemisphere = true;         // false: what pixels mirror alone
   GetProcAddress getProcAddress;  // of the context that is current
+  // What the levels' texels are to suit: halves for hardware, floats for software; nothing = the driver.
+  std::optional<gpu::GroupThreads> groups{};
 };
 
 // What a camera sees, in textures of the host's: GL_TEXTURE_2D of this size, row 0 at the bottom. Pixels whose numbers

@@ -5,6 +5,8 @@
 // directions lie beside each other along x, levels but the first behind each other along z, so places are clamped to
 // their own block, and what a block's border texel lacks of a whole weight lies outside of the volume, where all is
 // empty. Hardware filters by weights of 8 bits, software by floats.
+#include "lib/cone_unit.glsl"
+
 layout(binding = RELUME_CONE_UNIT_FIRST) uniform sampler3D relumeConeFirst;
 layout(binding = RELUME_CONE_UNIT_LEVELS) uniform sampler3D relumeConeLevels;
 uniform uint relumeConeLevelCount;  // above the voxels
@@ -27,10 +29,15 @@ struct RelumeCone {
 vec4 relumeConeReadVoxels(vec3 place, vec3 way, bool isNear, vec3 origin) {
   vec3 p = place - 0.5, low = floor(p), f = p - low;
   vec4 sum = vec4(0.0);
+  uvec4 cell;
+  ivec3 cellAt = ivec3(-1);  // mostly all corners lie in one
   for (int i = 0; i < 8; ++i) {
     ivec3 at = ivec3(i & 1, i >> 1 & 1, i >> 2), v = ivec3(low) + at;
     if (!relumeLiveHolds(v)) continue;
-    uvec4 cell = texelFetch(relumeLiveCells, v >> 2, 0);
+    if (v >> 2 != cellAt) {
+      cellAt = v >> 2;
+      cell = texelFetch(relumeLiveCells, cellAt, 0);
+    }
     uint bit = relumeLiveBit(v);
     if (!relumeLiveIsSet(cell.xy, bit)) continue;
     uint number = cell.z + relumeLiveCountBefore(cell.xy, bit);
@@ -66,7 +73,7 @@ float relumeConeBlock(int level, vec3 place, out vec3 at, out float width) {
 vec4 relumeConeReadFirst(vec3 place, vec3 way) {
   vec3 at;
   float width, weight = relumeConeBlock(1, place, at, width);
-  return weight * (RELUME_CONE_SAMPLE(relumeConeFirst, at, way, width));
+  return weight * vec4(vec3(relumeConeUnit()), 1.0) * (RELUME_CONE_SAMPLE(relumeConeFirst, at, way, width));
 }
 
 // [level >= 2]
@@ -74,7 +81,7 @@ vec4 relumeConeReadFurther(int level, vec3 place, vec3 way) {
   vec3 at;
   float width, weight = relumeConeBlock(level, place, at, width);
   at.z += float(relumeConeOffset[level]);
-  return weight * (RELUME_CONE_SAMPLE(relumeConeLevels, at, way, width));
+  return weight * vec4(vec3(relumeConeUnit()), 1.0) * (RELUME_CONE_SAMPLE(relumeConeLevels, at, way, width));
 }
 
 // By its bits, as drivers may take comparisons with what is no number either way.
@@ -153,8 +160,9 @@ vec4 relumeConeFollow(RelumeCone cone, float falloff) {
   }
   // Voxels, and level 1
   while (relumeConeIsOn(m) && m.width < 2.0) {
-    vec4 depth = relumeConeReadVoxels(m.place, way, false, cone.origin);
-    depth = mix(depth, relumeConeReadFirst(m.place, way), log2(m.width));
+    vec4 first = relumeConeReadFirst(m.place, way), depth = vec4(0.0);
+    // What the filter reads of level 1 holds all voxels that are read here.
+    if (first.w > 0.0) depth = mix(relumeConeReadVoxels(m.place, way, false, cone.origin), first, log2(m.width));
     relumeConeMeets(depth, falloff, m);
     relumeConeAdvance(cone, cosine, m);
   }

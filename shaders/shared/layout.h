@@ -220,6 +220,7 @@
 #define RELUME_CONE_SLOT_LIST 0        // levels: the voxels of each that are not empty, or were not; 10 bits an axis
 #define RELUME_CONE_SLOT_SOURCES 0     // inject: the voxel of the caches' radiance that each one has; ~0 = none
 #define RELUME_CONE_SLOT_RSM_VOXELS 0  // of maps: RelumeRsmVoxel[]
+#define RELUME_CONE_SLOT_BRIGHTEST 2   // bits of the brightest voxel's largest channel: lib/cone_unit.glsl
 #define RELUME_CONE_SLOT_RSM_SUMS 1    // of maps: six words a side: three channels' low words, then their high ones
 #define RELUME_CONE_UNIT_RADIANCE 14   // two texels a voxel: front, axis as RELUME_LIVE_SLOT_VOXELS; back, depth
 #define RELUME_CONE_UNIT_SIDES 15      // four texels a voxel: front's position [voxels], share; normal; the back's

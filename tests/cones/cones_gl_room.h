@@ -77,8 +77,10 @@ inline double relativeRmse(std::span<const glm::vec4> expected, const std::vecto
   return relativeRmse<glm::vec4>(expected, std::span<const glm::vec4>(found));
 }
 
-inline ConesGl onGl(const PixelConeOptions& options, Directions directions = Directions::six) {
-  auto cones = ConesGl::create({options, directions, true, EglContext::getProcAddress});
+// groups: levels in floats, which are compared, or in halves.
+inline ConesGl onGl(const PixelConeOptions& options, Directions directions = Directions::six,
+                    gpu::GroupThreads groups = gpu::GroupThreads::serial) {
+  auto cones = ConesGl::create({options, directions, true, EglContext::getProcAddress, groups});
   EXPECT_TRUE(cones) << cones.error().message;
   return std::move(*cones);
 }

@@ -55,7 +55,9 @@ double relativeRmse(std::span<const Vector> expected, std::span<const Vector> fo
 
 int main(int argc, char** argv) {
   if (argc < 4)
-    return std::fprintf(stderr, "bench_cone_backends LEVEL.glb CAMERA LIGHTS [CELLS [WIDTH HEIGHT [FRAMES [MAP]]]]\n"),
+    return std::fprintf(stderr,
+                        "bench_cone_backends LEVEL.glb CAMERA LIGHTS [CELLS [WIDTH HEIGHT [FRAMES [MAP [MORE]]]]]\n"
+                        "MORE: frames by OpenGL alone; with 0 FRAMES those are all, and nothing is compared\n"),
            2;
   const auto number = [&](int at, int otherwise) { return argc > at ? std::atoi(argv[at]) : otherwise; };
   Context context;
@@ -95,7 +97,8 @@ int main(int argc, char** argv) {
         glossy[i] = tracer.glossy(g.position[i], g.plane[i], glm::vec3(mirrored[i]), mirrored[i].w);
     }
   };
-  for (int f = 0; f < number(7, 4); ++f) {
+  const int frames = number(7, 4), more = number(9, 0);
+  for (int f = 0; f < frames; ++f) {
     orExit(voxels.mips.update(voxels.volume));
     take(onCpu, voxels.mips.passTimes());
     orExit(cpu.update(tracer, g.receivers(), {}));
@@ -113,15 +116,23 @@ int main(int argc, char** argv) {
   orExit(voxels.volume.move({}));
   orExit(gl.fill(voxels.volume));
   const double anew = gl.passTimes()[0].ms;
-  orExit(cpuAll.update(tracer, g.receivers(), {}));
+  if (frames > 0) orExit(cpuAll.update(tracer, g.receivers(), {}));
   take(onCpu, cpuAll.passTimes(), "25 ");
-  orExit(glAll.fill(voxels.volume));
-  orExit(glAll.trace(g.receivers(), voxels.sky()));
-  glFinish();
-  take(onGpu, glAll.passTimes(), "25 ");
+  for (int f = 0; f <= more; ++f) {
+    orExit(glAll.fill(voxels.volume));
+    orExit(glAll.trace(g.receivers(), voxels.sky()));
+    glFinish();
+    take(onGpu, glAll.passTimes(), "25 ");
+  }
 
   const std::vector<glm::vec4> found = gl.light(), foundAll = glAll.light();
   const std::vector<glm::vec3> foundGlossy = gl.glossy(), direct = glossy;
+  for (int f = 0; f < more; ++f) {
+    orExit(gl.fill(voxels.volume));
+    orExit(gl.trace(g.receivers(), voxels.sky(), mirrored));
+    glFinish();
+    take(onGpu, gl.passTimes());
+  }
 
   // The same voxels lit by reflective shadow maps
   const auto side = static_cast<std::uint32_t>(number(8, kRsmVoxelsSide));
@@ -131,7 +142,7 @@ int main(int argc, char** argv) {
   for (const RsmMap& map : maps) images.push_back(map.image());
   RsmVoxels byMaps;
   onGpu.erase("inject");  // of frames without maps
-  for (int f = 0; f < number(7, 4); ++f) {
+  for (int f = 0; f < frames; ++f) {
     orExit(byMaps.light(voxels.volume, images, glm::vec3(1.0f)));
     take(onCpu, {byMaps.passTimes()[1]});
     if (f == 0) take(onCpu, {byMaps.passTimes()[0]});
@@ -139,14 +150,21 @@ int main(int argc, char** argv) {
     glFinish();
     take(onGpu, {gl.passTimes()[1]});
   }
+  for (int f = 0; f < more; ++f) {
+    orExit(gl.fill(voxels.volume, images, glm::vec3(1.0f)));
+    glFinish();
+    take(onGpu, {gl.passTimes()[1]});
+  }
   const std::vector<glm::vec3> foundSides = gl.sideRadiance();
   std::uint32_t apart = 0;
-  for (std::uint32_t s = 0; s < voxels.volume.sideCount(); ++s) {
+  for (std::uint32_t s = 0; frames > 0 && s < voxels.volume.sideCount(); ++s) {
     const VoxelRadiance& r = voxels.volume.radiance()[s / 2];
     if (byMaps.targets().perFlux[s] > 0.0f && foundSides[s] != (s % 2 == 0 ? r.front : r.back)) ++apart;
   }
-  orExit(voxels.mips.update(voxels.volume));
-  lobes();
+  if (frames > 0) {
+    orExit(voxels.mips.update(voxels.volume));
+    lobes();
+  }
   double lightOfMaps = 0.0, lightDirect = 0.0;
   for (std::size_t i = 0; i < glossy.size(); ++i) {
     lightOfMaps += static_cast<double>(glossy[i].x + glossy[i].y + glossy[i].z);
@@ -165,6 +183,7 @@ int main(int argc, char** argv) {
                                                         {"25 cones", "25 cones"}, {"lobes", "lobes"}};
   for (const auto& [ofCpu, ofGpu] : passes) std::printf("| %s | %.2f | %.2f |\n", ofGpu, onCpu[ofCpu], onGpu[ofGpu]);
   std::printf("voxels, where something moves: %.1f ms\n", anew);
+  if (frames == 0) return 0;
   std::printf("relative RMSE: 25 cones %.2e, one cone, filtered and kept %.2e, lobes of exponent %.0f %.2e\n",
               relativeRmse<glm::vec4>(cpuAll.light(), foundAll), relativeRmse<glm::vec4>(cpu.light(), found),
               static_cast<double>(kExponent), relativeRmse<glm::vec3>(direct, foundGlossy));
