@@ -25,7 +25,7 @@ void main() {
     vec4 facing = texelFetch(relumeFacing, pixel, 0);
     if (facing.xyz == vec3(0.0)) break;
     w = weightOf(offset, squared, facing.xyz, facing.w);
-    if (!(w > 0.0)) break;
+    if (!isPositive(w)) break;
     offset *= recordNormal.w;
     vec3 normal = gradients ? texelFetch(relumeLit, pixel, 0).xyz : recordNormal.xyz;
     for (int c = 0; c < 3; ++c) {
@@ -33,11 +33,11 @@ void main() {
       reflected[c] = dotOf(normal, x.xyz) + dotOf(offset, vec3(x.w, y.w, z.w));
       sky[c] = dotOf(normal, y.xyz) + dotOf(offset, z.xyz);
       // Not max(): light that is no number is none, as on the CPU.
-      if (!(reflected[c] > 0.0)) reflected[c] = 0.0;
-      if (!(sky[c] > 0.0)) sky[c] = 0.0;
+      if (!isPositive(reflected[c])) reflected[c] = 0.0;
+      if (!isPositive(sky[c])) sky[c] = 0.0;
     }
   }
-  if (!(w > 0.0)) discard;
+  if (!isPositive(w)) discard;
   reflectedSum = vec4(w * reflected, w);
   skySum = vec4(w * sky, 0.0);
 }

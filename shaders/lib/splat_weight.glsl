@@ -24,12 +24,18 @@ float dotOf(vec3 a, vec3 b) {
 // As std::max() has it, of what is no number as well.
 float larger(float a, float b) { return a < b ? b : a; }
 
+// By the bits, as drivers may take comparisons with what is no number either way.
+bool isPositive(float a) {
+  uint bits = floatBitsToUint(a);
+  return bits != 0u && bits < 0x7F800000u;
+}
+
 // Whether a receiver is within the record's reach. offset [m]: the receiver less p_k; squared [m²]: its length's.
 bool isReached(vec3 offset, out float squared) {
   precise float sum = dotOf(offset, offset);
   precise float reach2 = recordPosition.w * recordPosition.w;
   squared = sum;
-  return squared <= reach2;
+  return isPositive(recordPosition.w) && squared <= reach2;
 }
 
 // Of a receiver that is; 0 where the record has no say.
