@@ -155,6 +155,7 @@ TEST_F(GlDriven, texturesThatCannotBeReadAreRefusedAndLightStays) {
     return emission;
   };
   EXPECT_NE(refused(texture(deleted)).find("is no GL_TEXTURE_2D"), std::string::npos);
+  context_->forgetErrors();  // a driver's complaint, if it has given the name to the array
   EXPECT_NE(refused(texture(other.name())).find("has 4 x 8 texels, expected the 8 x 8"), std::string::npos);
   EXPECT_NE(refused(texture(noMips.name())).find("no mip levels"), std::string::npos);
   MaterialEmission both = texture(other.name()), undeclared = texture(other.name());

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 namespace relume::test {
@@ -22,6 +23,8 @@ void GlTest::TearDown() {
   EXPECT_EQ(context_->errorCount(), 0) << context_->lastError();
   context_.reset();
 }
+
+bool isSoftware() { return std::strstr(reinterpret_cast<const char*>(glGetString(GL_RENDERER)), "pipe") != nullptr; }
 
 Relighter makeRelighter(const Bake& bake, BackendKind backend, int luma, int chroma, const std::string& visibility,
                         bool glossy) {

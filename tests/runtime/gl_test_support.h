@@ -26,6 +26,9 @@ class GlTest : public testing::Test {
   std::optional<EglContext> context_;
 };
 
+// Whether a processor draws. Hardware filters textures by weights of 8 bits, and its compilers contract and reorder.
+bool isSoftware();
+
 // A relighter that must come about. 0 bands: all that the bake has.
 Relighter makeRelighter(const Bake& bake, BackendKind backend, int luma = 0, int chroma = 0,
                         const std::string& visibility = {}, bool glossy = false);

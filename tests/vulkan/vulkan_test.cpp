@@ -120,6 +120,9 @@ constexpr const char* kBody =
     "relumeIrradianceGridTexture(p, n), relumeIrradianceLightmap(uv, n), relumeGlossyGrid(p, n, n, 4.0));\n"
     "for (int j = 0; j < 12; ++j) outData[12u*i+uint(j)] = e[j/3][j%3];\n";
 
+// Light is stored in halves: what two compilers sum otherwise may round to another one.
+double largestRounding() { return test::isSoftware() ? 1e-3 : 5e-3; }
+
 // Largest difference relative to the root mean square.
 double differenceOf(const std::vector<float>& a, const std::vector<float>& b) {
   EXPECT_EQ(a.size(), b.size());
@@ -190,7 +193,7 @@ class VulkanAndGl : public Vulkan {
       vulkan.relight(frame);
       ASSERT_TRUE(gl.relighter.relight(frame));
       const double difference = differenceOf(gl.resolve(in, 300), vulkan.resolve(kBody, in, 300, 3600));
-      EXPECT_LT(difference, 1e-3);
+      EXPECT_LT(difference, largestRounding());
       largest_ = std::max(largest_, difference);
     }
     const std::vector<float> a = floatsOf(gl.relighter.nodeRadiosity()), b = vulkan.nodes();
@@ -272,7 +275,7 @@ TEST_F(VulkanAndGl, theGridsTextureAndDrivenMaterialsAreTheSame) {
     vulkan.relight(frame);
     ASSERT_TRUE(gl.relighter.relight(frame));
     lights.push_back(vulkan.resolve(kBody, in, 300, 3600));
-    EXPECT_LT(differenceOf(gl.resolve(in, 300), lights.back()), 1e-3);
+    EXPECT_LT(differenceOf(gl.resolve(in, 300), lights.back()), largestRounding());
   }
   // Every frame has light of its own.
   for (std::size_t i = 1; i < lights.size(); ++i) EXPECT_GT(differenceOf(lights[i - 1], lights[i]), 0.02);
@@ -303,7 +306,7 @@ TEST_F(VulkanAndGl, lightOfEachSurfelByTheHostAndByItsShader) {
     shader.relight(byShader);
     ASSERT_TRUE(gl.relighter.relight(byHost));
   }
-  EXPECT_LT(differenceOf(gl.resolve(in, 300), host.resolve(kBody, in, 300, 3600)), 1e-3);
+  EXPECT_LT(differenceOf(gl.resolve(in, 300), host.resolve(kBody, in, 300, 3600)), largestRounding());
   // Normals of surfels are packed in 24 bits.
   EXPECT_LT(differenceOf(gl.resolve(in, 300), shader.resolve(kBody, in, 300, 3600)), 5e-3);
 }
