@@ -46,7 +46,7 @@ done
 "$build/tests/bench/bench_ray_rate" "$scene" "$work/cone.relume" 16 > "$work/rates.txt"
 
 {
-  sed "s/^A frame is lit by/${RELUME_BENCH_NOTE:+$RELUME_BENCH_NOTE\\n\\n}&/" "$work/page.md"
+  sed "s|^A frame is lit by|${RELUME_BENCH_NOTE:+$RELUME_BENCH_NOTE\\n\\n}On a GPU, and with up to 16 threads: [OpenGL on hardware](notes/gpu.md#on-hardware).\\n\\n&|" "$work/page.md"
   sed -n '/^## With the number of surfels/,$p' "$work/curves.md" | sed '1i\\'
   printf '\n## paper with 16384 rays a cache\n\n'
   sed -n '/^| stage/,/^Peak memory/p' "$work/rays.md"
