@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Perceptual differences against published values and properties.
 #include "tools/images/perceptual.h"
+#include "tools/images/visible_difference.h"
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -118,6 +119,67 @@ TEST(Flip, aDifferenceAcrossTilesIsThatWithinOne) {
     for (std::uint32_t x = 150; x < 270; ++x)
       ASSERT_EQ(within[y * kWidth + x], across[y * kWidth + x + 302]) << x << ' ' << y;
   }
+}
+
+std::size_t seenOf(const Picture& a, const Picture& b, const ObserverOptions& options = {}) {
+  const std::vector<std::uint8_t> seen = visiblyDifferent(kSide, kSide, a, b, options);
+  return static_cast<std::size_t>(std::count(seen.begin(), seen.end(), 1));
+}
+constexpr std::size_t kAll = kSide * kSide;
+
+TEST(VisibleDifference, ThresholdsAreTheTables) {
+  // Pieces of the table meet, but for what its own digits leave.
+  for (const double log : {-3.94, -1.44, -0.0184, 1.9}) {
+    const double below = thresholdOfLuminance(std::pow(10.0, log - 1e-6)),
+                 above = thresholdOfLuminance(std::pow(10.0, log + 1e-6));
+    EXPECT_NEAR(below / above, 1.0, 0.03) << log;
+  }
+  EXPECT_NEAR(thresholdOfLuminance(1e-6), std::pow(10.0, -2.86), 1e-9);
+  EXPECT_NEAR(thresholdOfLuminance(1000.0), std::pow(10.0, 3.0 - 1.255), 1e-9);
+  // At 100 cd/m² the eye tells stripes of 3 to 4 a degree apart best.
+  double best = 0.0, at = 0.0;
+  for (double f = 0.5; f < 30.0; f += 0.01) {
+    if (contrastSensitivity(f, 100.0) <= best) continue;
+    best = contrastSensitivity(f, 100.0);
+    at = f;
+  }
+  EXPECT_NEAR(at, 3.248, 0.01);
+}
+
+TEST(VisibleDifference, OfGreyBeginsAtTheThreshold) {
+  const float ground = 0.5f, step = static_cast<float>(thresholdOfLuminance(50.0)) / 100.0f;
+  const auto grey = [](float l) { return uniform(glm::vec3(l)); };
+  EXPECT_EQ(seenOf(grey(ground), grey(ground)), 0u);
+  EXPECT_EQ(seenOf(grey(ground), grey(ground + 0.97f * step)), 0u);
+  EXPECT_EQ(seenOf(grey(ground), grey(ground + 1.05f * step)), kAll);
+  // A dimmer screen, on which the step is a smaller part of what is seen
+  EXPECT_EQ(seenOf(grey(ground), grey(ground + 1.05f * step), {.whiteLuminance = 10.0}), 0u);
+}
+
+TEST(VisibleDifference, OfColorIsSeenInTheLight) {
+  // Of one luminance
+  const glm::vec3 reddish(0.5f, 0.3f, 0.3f), greyish(glm::vec3(0.2126729f * 0.5f + 0.7873271f * 0.3f));
+  EXPECT_EQ(seenOf(uniform(reddish), uniform(greyish)), kAll);
+  EXPECT_EQ(seenOf(uniform(1e-4f * reddish), uniform(1e-4f * greyish)), 0u);
+  EXPECT_EQ(seenOf(uniform(reddish), uniform(reddish + 1e-4f)), 0u);
+}
+
+TEST(VisibleDifference, APatternHidesAnother) {
+  // Stripes two pixels wide, and a step that a plain ground shows.
+  const float step = 1.3f * static_cast<float>(thresholdOfLuminance(40.0)) / 100.0f;
+  Picture plain = uniform(glm::vec3(0.4f)), striped = plain, more, moreStriped;
+  for (std::size_t i = 0; i < kAll; ++i) striped[i] = glm::vec3((i / 2) % 2 == 0 ? 0.1f : 0.7f);
+  for (std::size_t i = 0; i < kAll; ++i) {
+    more.push_back(plain[i] + step);
+    moreStriped.push_back(striped[i] + step);
+  }
+  EXPECT_EQ(seenOf(plain, more), kAll);
+  EXPECT_LT(seenOf(striped, moreStriped), kAll / 10);
+  // Where a square has moved, it is seen, and nowhere else.
+  const Picture here = square(0, 0.9f), there = square(3, 0.9f);
+  const std::size_t moved = seenOf(here, there);
+  EXPECT_GE(moved, 60u);
+  EXPECT_LT(moved, 200u);
 }
 
 }  // namespace

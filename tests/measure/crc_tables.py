@@ -112,13 +112,13 @@ def errors(exposure, prefix, modes):
 
 
 def lab():
-    print("| view | Y3Co2Cg2: Lab RMSE | Y3Co1Cg1: Lab RMSE | print, Y3Co1Cg1 % |\n|---|---:|---:|---:|")
+    print("| view | Y3Co2Cg2: Lab RMSE, pdiff % | Y3Co1Cg1: Lab RMSE, pdiff % | print, Y3Co1Cg1 % |\n|---|---:|---:|---:|")
     for _, level, camera, lights, cells, samples, bounces, stops, _, _, printed in ROWS:
         modes = ("Y3Co3Cg3", "Y3Co2Cg2", "Y3Co1Cg1")
         views_by_bands(f"lab_{level}", level_of(level), modes, "--camera", camera, "--lights", lights, "--live-cells",
                        cells, "--rsm-samples", samples, "--bounces", bounces, "--aov", "full")
         rows = errors(stops, f"lab_{level}", modes).splitlines()
-        two, one = (row.split("|")[2].strip() for row in rows)
+        two, one = (f"{columns[2].strip()}, {columns[5].strip()}" for columns in (row.split("|") for row in rows))
         print(f"| `{level}/{camera}` {lights}, {stops:+d} stops | {two} | {one} | {printed} |", flush=True)
 
 
@@ -126,7 +126,7 @@ def fig4():
     modes = ("Y3Co3Cg3", "Y3Co2Cg2", "Y3Co1Cg1", "Y2Co2Cg2")
     views_by_bands("fig4", level_of("cornell"), modes, "--camera", "cam_front", "--lights", "none", "--lights-file", SPOTS,
                    "--bounces", 2)
-    print("| bands | Lab RMSE | FLIP mean | FLIP p95 |\n|---|---:|---:|---:|\n" + errors(1, "fig4", modes), end="")
+    print("| bands | Lab RMSE | FLIP mean | FLIP p95 | pdiff % |\n|---|---:|---:|---:|---:|\n" + errors(1, "fig4", modes), end="")
     shown = [pictures.to_srgb(read(f"fig4_{bands}"), 1) for bands in modes]
     pictures.montage(FOLDER / "crc_fig4.jpg", [shown[:2], shown[2:]])
 
@@ -189,7 +189,7 @@ def with_floor(path, colour):
 
 def fig8():
     shown, modes = [], ("Y3Co3Cg3", "Y3Co2Cg2", "Y3Co1Cg1")
-    print("| floor | bands | Lab RMSE | FLIP mean | FLIP p95 |\n|---|---|---:|---:|---:|")
+    print("| floor | bands | Lab RMSE | FLIP mean | FLIP p95 | pdiff % |\n|---|---|---:|---:|---:|---:|")
     for name, colour in (("grey", (0.3, 0.3, 0.3)), ("sienna", (0.36, 0.08, 0.027))):
         level = with_floor(level_of("sponza"), colour)
         views_by_bands(f"fig8_{name}", level, modes, "--camera", "cam_atrium", "--lights", "sun", "--bounces", 2,

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // How different pictures look from a reference, a row of a table each: RMSE in CIE Lab, mean and 95th percentile of
-// FLIP.
+// FLIP, and the pixels that an observer can tell apart [%].
 //   bench_picture_error EXPOSURE REFERENCE.exr PICTURE.exr...        EXPOSURE [stops]
 #include "tools/images/image_io.h"
 #include "tools/images/perceptual.h"
+#include "tools/images/visible_difference.h"
 
 #include <algorithm>
 #include <cmath>
@@ -42,8 +43,10 @@ int run(int argc, char** argv) {
     const double mean = std::accumulate(error.begin(), error.end(), 0.0) / static_cast<double>(error.size());
     const auto p95 = error.begin() + static_cast<std::ptrdiff_t>(error.size() * 95 / 100);
     std::nth_element(error.begin(), p95, error.end());
-    std::printf("| %s | %.2f | %.4f | %.4f |\n", std::filesystem::path(argv[i]).stem().c_str(),
-                labRmse(expected, found), mean, static_cast<double>(*p95));
+    const std::vector<std::uint8_t> seen = visiblyDifferent(reference.width, reference.height, expected, found);
+    std::printf("| %s | %.2f | %.4f | %.4f | %.2f |\n", std::filesystem::path(argv[i]).stem().c_str(),
+                labRmse(expected, found), mean, static_cast<double>(*p95),
+                100.0 * std::accumulate(seen.begin(), seen.end(), 0.0) / static_cast<double>(seen.size()));
   }
   return 0;
 }
