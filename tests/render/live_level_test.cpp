@@ -133,7 +133,10 @@ TEST(LiveLevel, aMovedLevelIsTheLevelThatHasItsPartsThere) {
   run(edited, frame, 2);
   LiveScene moved = frame;
   moved.toWorld = rooms.places();
+  moved.toWorld[kBall] = by({0.7f, 0.4f, 0.1f});
+  run(edited, moved, 1);  // one thing after the other
   moved.toWorld[kWall] = by({1.1f, 0, 0});
+  run(edited, moved, 1);
   moved.toWorld[kBall] = by({0.7f, 0.4f, 0.3f});
   run(edited, moved, 1);
 

@@ -93,7 +93,7 @@ Status LiveLevel::place(const std::vector<glm::mat4>& toWorld) {
     const glm::mat4& to = toWorld.empty() ? scene_->instances[i].toWorld : toWorld[i];
     if (Status ok = checkTransform(glm::mat4x3(to), i); !ok) return ok;
     const bool isSame = to == now[i].toWorld;
-    if (!now[i].baked()) {
+    if (!scene_->instances[i].baked()) {  // in `now` what rays of the moved leave out is not
       moving.emplace_back(to);
       moves = moves || !isSame;
     } else if (!isSame) {
