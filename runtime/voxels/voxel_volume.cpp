@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <memory_resource>
 #include <new>
@@ -25,6 +26,12 @@ namespace {
 
 constexpr std::uint32_t kSnapChunk = 4096, kSides = 64;  // 4 x 64 places: as many as VisibilityBatch takes
 constexpr float kLift = 0.05f;                           // [voxel] of places off their surface, which is rounded
+
+// Of no other volume, so that what is kept of one is not taken for another's.
+std::uint64_t newVersion() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
 
 Error voxelsError(const std::string& what) { return {ErrorCode::usage, "voxels: " + what}; }
 Error noMemoryForVoxels() { return {ErrorCode::memory, "voxels: memory ran out; fewer cells take less"}; }
@@ -93,7 +100,8 @@ Result<VoxelVolume> VoxelVolume::create(const VoxelGeometry& geometry, const Vox
                               moves ? volume.movingStats_ : volume.standingStats_);
       if (!ok) return ok.error();
     }
-    volume.standingVersion_ = volume.movingVersion_ = 1;
+    volume.standingVersion_ = newVersion();
+    volume.movingVersion_ = newVersion();
     volume.bits_.resize(volume.grid_.cellCount());
     volume.join(volume.sideLight(volume.standing_, volume.moving_, 0));
     volume.voxeliseMs_ = watch.lap();
@@ -245,7 +253,7 @@ Status VoxelVolume::place(bool moves, std::vector<Part> parts, std::span<const P
   (moves ? moving_ : standing_) = std::move(layer);
   (moves ? movingStats_ : standingStats_) = stats;
   join(std::move(light));
-  ++(moves ? movingVersion_ : standingVersion_);
+  (moves ? movingVersion_ : standingVersion_) = newVersion();
   return done();
 }
 

@@ -113,7 +113,8 @@ class VoxelVolume {
     return at.isFront(direction) ? at.front : at.back;
   }
 
-  // Change with every create(), edit() and with every move().
+  // Change with every create() and edit(), and with every move(), to what no other volume of the process has or had but
+  // for copies.
   std::uint64_t standingVersion() const { return standingVersion_; }
   std::uint64_t movingVersion() const { return movingVersion_; }
   VoxelStats stats() const;

@@ -166,6 +166,27 @@ TEST(VoxelVolume, anEditedVolumeIsThatOfTheEditedLevel) {
   }
 }
 
+// Who keeps what is found of a volume is not to take another for it.
+TEST(VoxelVolume, versionsAreOfOneVolumeAlone) {
+  VoxelLevel level;
+  level.addBox({-4, -4, -4}, {4, 4, 4}, true);
+  level.addBox({-1, -1, -1}, {1, 1, 1}, false);
+  level.parts[1].moves = true;
+  auto one = VoxelVolume::create(level.geometry(), {}), two = VoxelVolume::create(level.geometry(), {});
+  ASSERT_TRUE(one && two);
+  const VoxelVolume copy = *one;
+  EXPECT_EQ(copy.standingVersion(), one->standingVersion());
+  EXPECT_NE(one->standingVersion(), two->standingVersion());
+  EXPECT_NE(one->movingVersion(), two->movingVersion());
+  const glm::mat4x3 here(1.0f);
+  ASSERT_TRUE(one->move({&here, 1}) && two->move({&here, 1}));
+  EXPECT_NE(one->movingVersion(), two->movingVersion());
+  EXPECT_NE(one->movingVersion(), copy.movingVersion());
+  const PartEdit gone{0, here, false};
+  ASSERT_TRUE(one->edit({&gone, 1}) && two->edit({&gone, 1}));
+  EXPECT_NE(one->standingVersion(), two->standingVersion());
+}
+
 TEST(VoxelVolume, aLevelFarAwayHasTheSameVoxels) {
   VoxelLevel here, there;
   const glm::vec3 far(131072.0f, 0.0f, -65536.0f);
