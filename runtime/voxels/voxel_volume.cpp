@@ -84,11 +84,13 @@ Result<VoxelVolume> VoxelVolume::create(const VoxelGeometry& geometry, const Vox
     if (options.boxMin == options.boxMax) box = boundsOf(geometry);
     volume.grid_ = fitGrid(box.min, box.max, options.cells);
     volume.surfaces_.assign(geometry.surfaces.begin(), geometry.surfaces.end());
+    std::vector<Mesh> meshes;
     for (const VoxelMesh& mesh : geometry.meshes) {
-      volume.meshes_.push_back({{mesh.position.begin(), mesh.position.end()},
-                                {mesh.triangle.begin(), mesh.triangle.end()},
-                                {mesh.surface.begin(), mesh.surface.end()}});
+      meshes.push_back({{mesh.position.begin(), mesh.position.end()},
+                        {mesh.triangle.begin(), mesh.triangle.end()},
+                        {mesh.surface.begin(), mesh.surface.end()}});
     }
+    volume.meshes_ = std::make_shared<const std::vector<Mesh>>(std::move(meshes));
     for (const VoxelPart& part : geometry.parts) volume.parts_.push_back({part, true});
     const std::size_t voxels = 64 * volume.grid_.cellCount();
     volume.budget_ = options.surfaceBudget > 0 ? options.surfaceBudget
@@ -124,7 +126,7 @@ Status VoxelVolume::snapParts(const std::vector<Part>& parts, const SnapBox& box
   std::vector<Piece> pieces;
   for (std::uint32_t p = 0; p < parts.size(); ++p) {
     if (!parts[p].present || !wants(p)) continue;
-    const auto count = static_cast<std::uint32_t>(meshes_[parts[p].part.mesh].triangle.size());
+    const auto count = static_cast<std::uint32_t>((*meshes_)[parts[p].part.mesh].triangle.size());
     for (std::uint32_t begin = 0; begin < count; begin += kSnapChunk)
       pieces.push_back({p, begin, std::min(begin + kSnapChunk, count)});
   }
@@ -132,7 +134,7 @@ Status VoxelVolume::snapParts(const std::vector<Part>& parts, const SnapBox& box
     for (std::uint32_t i = first; i < last; ++i) {
       Piece& piece = pieces[i];
       const Part& part = parts[piece.part];
-      const Mesh& mesh = meshes_[part.part.mesh];
+      const Mesh& mesh = (*meshes_)[part.part.mesh];
       piece.fits = snapTriangles(grid_, box, {mesh.position, mesh.triangle, mesh.surface}, surfaces_, part.part.toWorld,
                                  piece.begin, piece.end, piece.snapped, piece.counts);
     }
@@ -425,7 +427,7 @@ std::vector<PassTime> VoxelVolume::passTimes() const {
 std::vector<std::pair<std::string, std::size_t>> VoxelVolume::bufferSizes() const {
   const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
   std::size_t geometry = bytes(surfaces_) + bytes(parts_);
-  for (const Mesh& mesh : meshes_) geometry += bytes(mesh.position) + bytes(mesh.triangle) + bytes(mesh.surface);
+  for (const Mesh& mesh : *meshes_) geometry += bytes(mesh.position) + bytes(mesh.triangle) + bytes(mesh.surface);
   return {{"bricks",
            bytes(bits_) + bytes(standing_.bits) + bytes(standing_.first) + bytes(moving_.bits) + bytes(moving_.first)},
           {"voxel sides", bytes(standing_.axis) + bytes(standing_.side) + bytes(moving_.axis) + bytes(moving_.side)},

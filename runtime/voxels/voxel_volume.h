@@ -22,6 +22,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -154,7 +155,7 @@ class VoxelVolume {
 
   VolumeGrid grid_;
   std::vector<VoxelSurface> surfaces_;
-  std::vector<Mesh> meshes_;
+  std::shared_ptr<const std::vector<Mesh>> meshes_;  // which copies share: the most of what a volume holds
   std::vector<Part> parts_;
   std::uint32_t budget_ = 0;
   ParallelFor parallelFor_;
