@@ -19,7 +19,9 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <string>
 #include <thread>
+#include <vector>
 
 namespace relume::test {
 
@@ -111,11 +113,11 @@ class ViewerSession : public testing::Test {
     now_ += 0.05;
     session_->beginFrame(now_, {kWidth, kHeight});
     session_->draw(framebuffer_.name(), kWidth, kHeight);
-    std::vector<float> pixels(std::size_t{4} * kWidth * kHeight);
+    pixels_.resize(std::size_t{4} * kWidth * kHeight);
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
-    glReadPixels(0, 0, kWidth, kHeight, GL_RGBA, GL_FLOAT, pixels.data());
+    glReadPixels(0, 0, kWidth, kHeight, GL_RGBA, GL_FLOAT, pixels_.data());
     double sum = 0.0;
-    for (std::size_t i = 0; i < pixels.size(); i += 4) sum += static_cast<double>(pixels[i + 1]);
+    for (std::size_t i = 0; i < pixels_.size(); i += 4) sum += static_cast<double>(pixels_[i + 1]);
     brightness_ = sum / (kWidth * kHeight);
     return brightness_;
   }
@@ -133,6 +135,30 @@ class ViewerSession : public testing::Test {
   ViewerOptions options_;
   std::optional<Session> session_;
   double now_ = 0.0, brightness_ = 0.0;
+  std::vector<float> pixels_;  // of the last frame
+};
+
+// The level without a bake.
+class LiveSession : public ViewerSession {
+ protected:
+  void SetUp() override {
+    ViewerSession::SetUp();
+    options_.draft = false;
+    options_.live = {16, 32, 2};
+  }
+  // Shown, each frame with light of its own.
+  void show(int settle) {
+    start("");
+    session_->state.liveStep = 1.0 / 15.0;
+    ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+    for (int i = 0; i < settle; ++i) frame();
+  }
+  std::size_t objectNamed(const std::string& name) const {
+    const auto& objects = session_->state.objects;
+    return static_cast<std::size_t>(
+        std::find_if(objects.begin(), objects.end(), [&](const ViewedObject& o) { return o.name == name; }) -
+        objects.begin());
+  }
 };
 
 }  // namespace relume::test

@@ -16,28 +16,6 @@ namespace {
 
 using namespace test;
 
-class LiveSession : public ViewerSession {
- protected:
-  void SetUp() override {
-    ViewerSession::SetUp();
-    options_.draft = false;
-    options_.live = {16, 32, 2};
-  }
-  // Shown, each frame with light of its own.
-  void show(int settle) {
-    start("");
-    session_->state.liveStep = 1.0 / 15.0;
-    ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
-    for (int i = 0; i < settle; ++i) frame();
-  }
-  std::size_t objectNamed(const std::string& name) const {
-    const auto& objects = session_->state.objects;
-    return static_cast<std::size_t>(
-        std::find_if(objects.begin(), objects.end(), [&](const ViewedObject& o) { return o.name == name; }) -
-        objects.begin());
-  }
-};
-
 // Fragments read the caches as LiveCaches::irradiance() does.
 TEST_F(LiveSession, openGlReadsTheLightAsTheCpuDoes) {
   show(0);
@@ -84,51 +62,6 @@ TEST_F(LiveSession, openGlReadsTheLightAsTheCpuDoes) {
   EXPECT_GT(sum / static_cast<double>(pixels), 0.01);
   // Along edges, and where a ray runs along the face of a voxel, the two may go different ways.
   EXPECT_LT(static_cast<double>(off), 0.03 * static_cast<double>(pixels));
-}
-
-// Where OpenGL lights, cones find what is mirrored, and how open the surroundings are.
-TEST_F(LiveSession, conesFindWhatIsMirroredAndHowOpenPlacesAre) {
-  options_.live.backend = BackendKind::gl;
-  options_.view = "glossy";
-  options_.roughness = 0.3f;
-  show(6);
-  const double caches = frame();
-  session_->state.cones = true;
-  const double cones = frame();
-  EXPECT_GT(cones, 0.01);
-  EXPECT_NE(cones, caches);
-  const auto hasPass = [&] {
-    const auto& times = session_->viewer->times();
-    return std::any_of(times.begin(), times.end(), [](const auto& time) { return time.first == "cones"; });
-  };
-  EXPECT_TRUE(hasPass());
-  // A wider lobe mirrors other light; the level without gloss shows none.
-  session_->state.roughness = 0.6f;
-  EXPECT_NE(frame(), cones);
-  session_->state.mode = ViewMode::full;
-  frame();
-  EXPECT_FALSE(hasPass()) << "nothing mirrors";
-  const double plain = frame();
-  session_->state.reflectance = 0.5f;
-  EXPECT_NE(frame(), plain);
-  EXPECT_TRUE(hasPass());
-
-  session_->state.mode = ViewMode::occlusion;
-  for (int i = 0; i < 4; ++i) frame();
-  const double open = frame();
-  EXPECT_TRUE(hasPass());
-  EXPECT_GT(open, 0.05);
-  EXPECT_FALSE(session_->viewer->memory().empty());
-  // It does not depend on lights.
-  for (ViewedLight& light : session_->state.lights) light.on = false;
-  frame();
-  EXPECT_NEAR(frame(), open, 0.05 * open);
-  // Where the CPU lights there are no cones: all light is shown.
-  session_->state.live.backend = BackendKind::cpu;
-  session_->endControls(false);
-  for (int i = 0; i < 3; ++i) frame();
-  EXPECT_FALSE(hasPass());
-  EXPECT_FALSE(says("cones"));
 }
 
 TEST_F(LiveSession, aWindowThatDoesNotWaitIsLitAsWell) {

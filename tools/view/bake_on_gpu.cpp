@@ -54,10 +54,10 @@ Status BakeOnGpu::update(const BakeFrame& frame, std::span<const glm::mat4> move
     scene.toWorld = placedInstances(level_->scene, nodes_, moved);
   std::optional<Result<LitFrame>> found;
   if (frame.waits) {
-    job_.followOnce(std::move(scene), 1.0);
+    job_.followOnce(std::move(scene), 1.0, true);
     found.emplace(job_.wait());
   } else {
-    job_.follow(std::move(scene));
+    job_.follow(std::move(scene), true);
     found = job_.take();
   }
   if (found) isComing_ = false;

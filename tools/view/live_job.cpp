@@ -7,14 +7,18 @@
 #include <chrono>
 #include <exception>
 #include <new>
+#include <span>
 
 namespace relume {
 namespace {
 
-// isNew: the voxels are not those of the frame before.
-LitFrame frameOf(const LiveLevel& level, bool hasLight, bool isNew, std::uint64_t number) {
+// hasVoxels: they are handed over; isNew: those that were handed over are others.
+LitFrame frameOf(const LiveLevel& level, bool hasLight, bool hasVoxels, bool isNew, std::uint64_t number) {
+  const std::span<const VoxelRadiance> radiance = level.volume().radiance();
   return {hasLight ? texelsOf(level.light()) : LiveTexels{},
-          hasLight || !isNew ? nullptr : std::make_unique<VoxelVolume>(level.volume()),
+          hasVoxels && isNew ? std::make_unique<VoxelVolume>(level.volume()) : nullptr,
+          hasLight && hasVoxels ? std::vector<VoxelRadiance>(radiance.begin(), radiance.end())
+                                : std::vector<VoxelRadiance>(),
           number,
           level.volume().stats().occupied,
           level.light().activeCells(),
@@ -38,17 +42,34 @@ LiveJob::~LiveJob() {
   thread_.join();
 }
 
-void LiveJob::follow(LiveScene scene) {
+// What waits to be taken goes without its voxels.
+void LiveJob::dropVoxels() {
+  handedOver_ = {0, 0};
+  if (!result_ || !*result_) return;
+  (*result_)->volume.reset();
+  (*result_)->radiance.clear();
+}
+
+// Whether that asks for another frame.
+bool LiveJob::changeWish(bool wantsVoxels) {
+  if (wantsVoxels_ && !wantsVoxels) dropVoxels();
+  return !std::exchange(wantsVoxels_, wantsVoxels) && wantsVoxels;
+}
+
+void LiveJob::follow(LiveScene scene, bool wantsVoxels) {
   const std::lock_guard lock(mutex_);
-  if (next_ && !step_ && isSame(*next_, scene)) return;
+  const bool wantsMore = changeWish(wantsVoxels);
+  if (next_ && !step_ && !wantsMore && isSame(*next_, scene)) return;
   next_ = std::move(scene);
   step_.reset();
   isWanted_ = true;
   wake_.notify_all();
 }
 
-void LiveJob::followOnce(LiveScene scene, double seconds) {
+void LiveJob::followOnce(LiveScene scene, double seconds, bool wantsVoxels) {
   const std::lock_guard lock(mutex_);
+  changeWish(wantsVoxels);
+  if (result_ && *result_ && (*result_)->volume) dropVoxels();
   next_ = std::move(scene);
   step_ = seconds;
   isWanted_ = true;
@@ -91,7 +112,6 @@ void LiveJob::run(const Scene& scene, const LiveLevelOptions& options) {
 // Frames of what is followed, until the end.
 void LiveJob::frames(LiveLevel& level, bool hasLight) {
   double last = clockSeconds();
-  std::pair<std::uint64_t, std::uint64_t> shown{0, 0};  // versions of the volume
   std::unique_lock lock(mutex_);
   for (std::uint64_t number = 1;; ++number) {
     // The first is drawn before others take the processor's time.
@@ -99,25 +119,37 @@ void LiveJob::frames(LiveLevel& level, bool hasLight) {
     if (stop_) return;
     const LiveScene now = *next_;
     const std::optional<double> step = step_;
+    const bool hasVoxels = wantsVoxels_;
+    const Versions before = handedOver_;
     isWanted_ = false;
     lock.unlock();
     const double begin = clockSeconds();
     const Status status = level.update(now, step.value_or(begin - last));
     last = begin;
-    const std::pair versions(level.volume().standingVersion(), level.volume().movingVersion());
-    Result<LitFrame> result = status ? Result<LitFrame>(frameOf(level, hasLight, versions != shown, number))
-                                     : Result<LitFrame>(status.error());
+    const Versions versions(level.volume().standingVersion(), level.volume().movingVersion());
+    Result<LitFrame> found = status ? Result<LitFrame>(frameOf(level, hasLight, hasVoxels, versions != before, number))
+                                    : Result<LitFrame>(status.error());
     lock.lock();
-    // A copy that nobody has taken yet is not lost, unless a newer one takes its place.
-    std::unique_ptr<VoxelVolume> waits;
-    if (result_ && *result_) waits = std::move((*result_)->volume);
-    if (result && !result->volume) result->volume = std::move(waits);
-    if (status) shown = versions;
-    result_.emplace(std::move(result));
+    handOver(std::move(found), versions);
     // What is refused once is refused again: wait for something else.
     if (!step && status && !level.isSettled()) isWanted_ = true;
     found_.notify_all();
   }
+}
+
+// In place of what nobody has taken yet, whose copy of the voxels is not lost unless a newer one takes its place.
+void LiveJob::handOver(Result<LitFrame> found, const Versions& versions) {
+  std::unique_ptr<VoxelVolume> waits;
+  if (result_ && *result_) waits = std::move((*result_)->volume);
+  if (found && found->volume) {
+    handedOver_ = versions;
+  } else if (found) {
+    found->volume = std::move(waits);
+  } else if (waits) {
+    handedOver_ = {0, 0};
+  }
+  result_.emplace(std::move(found));
+  if (!wantsVoxels_) dropVoxels();  // since the frame began
 }
 
 }  // namespace relume

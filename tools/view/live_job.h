@@ -22,8 +22,11 @@ namespace relume {
 // What a frame has found, and what it cost.
 struct LitFrame {
   LiveTexels texels;
-  std::unique_ptr<VoxelVolume> volume;  // in place of texels where OpenGL lights the voxels: a copy, if they are others
-  std::uint64_t number = 0;             // counted from 1
+  // Of the voxels, where they are wanted: a copy, if they are others than those that were handed over last, and where
+  // the CPU lights them what they send out, in the order of VoxelVolume::radiance().
+  std::unique_ptr<VoxelVolume> volume;
+  std::vector<VoxelRadiance> radiance;
+  std::uint64_t number = 0;  // counted from 1
   std::uint32_t voxels = 0, caches = 0;
   bool isSettled = false;  // no more come unless something changes
   std::vector<PassTime> times;
@@ -39,10 +42,11 @@ class LiveJob {
   LiveJob(const LiveJob&) = delete;
   LiveJob& operator=(const LiveJob&) = delete;
 
-  // What the light is of from now on. Frames come until it has settled.
-  void follow(LiveScene scene);
+  // What the light is of from now on. Frames come until it has settled, with the voxels where they are wanted; a frame
+  // more comes where they have not been so far. Who no longer wants them keeps none.
+  void follow(LiveScene scene, bool wantsVoxels);
   // One frame of it, `seconds` after the one before, and no more.
-  void followOnce(LiveScene scene, double seconds);
+  void followOnce(LiveScene scene, double seconds, bool wantsVoxels);
 
   // The newest frame, or what was refused; nothing where there is none since the last call, after so many seconds. A
   // level that cannot be voxelised is refused once, and nothing comes after it. Errors of LiveLevel.
@@ -51,8 +55,13 @@ class LiveJob {
   Result<LitFrame> wait();
 
  private:
+  using Versions = std::pair<std::uint64_t, std::uint64_t>;  // of a volume: what stands, what moves
+
   void run(const Scene& scene, const LiveLevelOptions& options);
   void frames(LiveLevel& level, bool hasLight);
+  void dropVoxels();
+  bool changeWish(bool wantsVoxels);
+  void handOver(Result<LitFrame> found, const Versions& versions);
 
   Context context_;
   std::mutex mutex_;  // of what follows
@@ -60,6 +69,8 @@ class LiveJob {
   std::optional<LiveScene> next_;
   std::optional<double> step_;  // [s] of followOnce()
   bool isWanted_ = false, stop_ = false;
+  bool wantsVoxels_ = false;
+  Versions handedOver_{0, 0};     // of the copy that was taken, or waits in result_; 0 = there is none
   std::optional<Error> refused_;  // why there will be no frames
   std::optional<Result<LitFrame>> result_;
   std::thread thread_;

@@ -26,6 +26,7 @@ Status LiveShading::choose(const LiveLevelOptions& options) {
     onGpu.emplace(std::move(*made));
   }
   options_ = options;
+  isRefused_ = false;
   next_.reset();
   if (onGpu) next_.emplace(std::move(*onGpu));
   job_.reset();
@@ -41,12 +42,28 @@ LiveScene LiveShading::sceneOf(const ViewState& state, const std::vector<Light>&
   return scene;
 }
 
-// What the thread has found: light for the field's textures, or voxels.
+// Voxels that the CPU lights, as they are now. The threads of the job go on with its own.
+void LiveShading::takeVoxels(LitFrame& found) {
+  if (found.volume) {
+    volume_ = std::move(found.volume);
+    volume_->useParallelFor({});
+  }
+  const std::vector<VoxelRadiance> radiance = std::exchange(found.radiance, {});
+  if (!volume_ || radiance.size() != volume_->radiance().size()) return;
+  for (std::uint32_t v = 0; v < radiance.size(); ++v) {
+    volume_->setRadiance(2 * v, radiance[v].front);
+    volume_->setRadiance(2 * v + 1, radiance[v].back);
+  }
+  ++lit_;
+}
+
+// What the thread has found: light for the field's textures and for cones, or voxels alone.
 Status LiveShading::show(LitFrame found) {
-  std::unique_ptr<VoxelVolume> volume = std::move(found.volume);
   const LiveTexels texels = std::exchange(found.texels, {});
   if (options_.backend == BackendKind::gl) {
+    std::unique_ptr<VoxelVolume> volume = std::move(found.volume);
     if (!volume) return done();
+    volume_.reset();
     if (next_) {
       shown_.reset();
       shown_.emplace(std::move(*next_));
@@ -57,6 +74,7 @@ Status LiveShading::show(LitFrame found) {
     last_ = std::move(found);
     return done();
   }
+  takeVoxels(found);
   last_ = std::move(found);
   shown_.reset();
   return field_.upload(texels);
@@ -69,30 +87,41 @@ Status LiveShading::lightOnGpu(const LiveScene& scene, double step, const Shadow
   clock_ = now;
   const Result<bool> lit = shown_->update(scene, seconds, shadows);
   if (!lit) return lit.error();
-  if (*lit) ++last_.number;
+  if (*lit) ++last_.number, ++lit_;
   last_.isSettled = shown_->isSettled();
   last_.caches = shown_->caches().activeCells();
   return done();
 }
 
 Status LiveShading::update(const ViewState& state, const std::vector<Light>& lights, const ShadowMaps& shadows,
-                           bool isSlow) {
-  if (!state.relight && last_.number > 0) return done();
+                           bool isSlow, bool hasCones) {
+  // Light that is frozen is found once more where cones want voxels of it.
+  const bool isFrozen = !state.relight && last_.number > 0;
+  if (isFrozen && !(hasCones && awaitsVoxels())) return done();
+  const bool wantsVoxels = hasCones || options_.backend == BackendKind::gl;
+  if (!wantsVoxels) volume_.reset();
   std::optional<Result<LitFrame>> found;
-  const LiveScene scene = sceneOf(state, lights);
+  const LiveScene scene = isFrozen && followed_ ? *followed_ : sceneOf(state, lights);
+  followed_ = scene;
   if (state.liveStep > 0.0) {
-    job_->followOnce(scene, state.liveStep);
+    job_->followOnce(scene, state.liveStep, wantsVoxels);
     found.emplace(job_->wait());
   } else {
     constexpr double kPatience = 4.0;  // [s]
-    job_->follow(scene);
+    job_->follow(scene, wantsVoxels);
     found = job_->take(isSlow && last_.number == 0 ? kPatience : 0.0);
   }
+  if (found) isRefused_ = !*found;
   if (found && !*found) return found->error();
   if (found) {
     if (Status ok = show(std::move(**found)); !ok) return ok;
   }
   return lightOnGpu(scene, state.liveStep, shadows);
+}
+
+const VoxelVolume* LiveShading::volume() const {
+  if (shown_) return shown_->hasVoxels() ? &shown_->volume() : nullptr;
+  return volume_.get();
 }
 
 void LiveShading::bind(GLuint program) const {
@@ -120,6 +149,11 @@ std::vector<std::pair<std::string, std::size_t>> LiveShading::bufferSizes() cons
   auto sizes = last_.bytes;
   if (shown_) {
     for (auto& [name, bytes] : shown_->caches().bufferSizes()) sizes.emplace_back("OpenGL: " + name, bytes);
+  }
+  if (volume_) {
+    for (auto& [name, bytes] : volume_->bufferSizes()) {
+      if (name != "voxel geometry") sizes.emplace_back("for cones: " + name, bytes);  // which copies share
+    }
   }
   return sizes;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A level without a bake in the viewer: its state goes to the thread that finds the light (live_job.h), and what that
-// finds into the textures that the level is drawn with; or that thread finds voxels alone, and OpenGL their light
-// (live_on_gpu.h).
+// finds into the textures that the level is drawn with, and for cones into voxels of the window's own; or that thread
+// finds voxels alone, and OpenGL their light (live_on_gpu.h).
 #pragma once
 
 #include "tools/gl_scene/gl_level.h"
@@ -30,14 +30,22 @@ class LiveShading {
 
   // Follow a state, and take over what has been found. What was refused comes back once; the light before it stays.
   // isSlow: a frame takes longer to draw than to light, so that the first one waits for its light.
-  // shadows: of these lights.
-  Status update(const ViewState& state, const std::vector<Light>& lights, const ShadowMaps& shadows, bool isSlow);
+  // shadows: of these lights. hasCones: voxels are wanted.
+  Status update(const ViewState& state, const std::vector<Light>& lights, const ShadowMaps& shadows, bool isSlow,
+                bool hasCones);
 
   // Bind what a program of makeLiveProgram() reads.
   void bind(GLuint program) const;
   const GetProcAddress& getProcAddress() const { return getProcAddress_; }
-  // What OpenGL lights; null where the CPU does, or there are no voxels yet.
-  const LiveOnGpu* onGpu() const { return shown_ && shown_->hasVoxels() ? &*shown_ : nullptr; }
+  // The voxels, for cones, null where there are none yet; and their sides where OpenGL lights them, null where the CPU
+  // does and the volume has their radiance. None of the job's threads reads or writes either.
+  const VoxelVolume* volume() const;
+  const gl::LitSides* sides() const { return shown_ ? &shown_->caches().sides() : nullptr; }
+  std::uint64_t lit() const { return lit_; }  // changes with their light, counted from 1
+  // Whether the CPU lights, and its next frame brings the voxels that cones want.
+  bool awaitsVoxels() const {
+    return options_.backend == BackendKind::cpu && last_.number > 0 && !isRefused_ && !volume();
+  }
   // The last frame's numbers, without texels; number 0 = none yet.
   const LitFrame& last() const { return last_; }
   // What it cost, and what was done once; and what is held.
@@ -51,6 +59,7 @@ class LiveShading {
         getProcAddress_(std::move(getProcAddress)),
         field_(std::move(field)) {}
   Status show(LitFrame found);
+  void takeVoxels(LitFrame& found);
   Status lightOnGpu(const LiveScene& scene, double step, const ShadowMaps& shadows);
   LiveScene sceneOf(const ViewState& state, const std::vector<Light>& lights) const;
 
@@ -60,6 +69,10 @@ class LiveShading {
   LiveField field_;
   std::optional<LiveOnGpu> shown_, next_;  // in place of the field; next_: has no voxels yet
   LiveLevelOptions options_;
+  std::unique_ptr<VoxelVolume> volume_;  // that the CPU lights, as of the last frame; null = no cones want it
+  std::optional<LiveScene> followed_;    // that the light is of
+  std::uint64_t lit_ = 0;
+  bool isRefused_ = false;  // the last that was followed
   std::unique_ptr<LiveJob> job_;
   double clock_ = 0.0;  // [s] of the last frame on the GPU
   LitFrame last_;

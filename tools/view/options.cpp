@@ -93,8 +93,8 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
       ->check(numberFrom(0.0, 1.0))
       ->capture_default_str();
   app.add_flag("--cones", o.cones,
-               "find what surfaces mirror by cones through voxels, sharper than caches have it; without a bake OpenGL "
-               "then lights the level, as with --view occlusion, which shows how open surroundings are");
+               "find what surfaces mirror by cones through voxels, sharper than caches have it; OpenGL follows them, "
+               "as with --view occlusion, which shows how open surroundings are");
   app.add_option("--view", o.view, "what to shade with at the start")
       ->check(CLI::IsMember(std::vector<std::string>(kViewNames.begin(), kViewNames.end())))
       ->capture_default_str();
@@ -143,13 +143,6 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   }
   if (o.bake.empty() && (!bands.empty() || o.records || !o.overlays.empty() || o.view == "texels" || o.view == "grid"))
     o.draft = true;
-  if ((o.cones || o.view == "occlusion") && o.bake.empty() && !o.draft) {
-    if (liveBackend == "cpu")
-      return Error{ErrorCode::usage, std::string(o.cones ? "--cones" : "--view occlusion") +
-                                         " needs OpenGL to light the level: leave out --live-backend cpu"};
-    o.choosesLiveBackend = false;
-    o.live.backend = BackendKind::gl;
-  }
   Context context;
   auto driven = readEmissions(emissions, context);
   if (!driven) return driven.error();

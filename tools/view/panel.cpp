@@ -65,9 +65,7 @@ void liveControls(Session& session) {
   if (ImGui::Combo("by", &backend, "OpenGL\0CPU\0"))
     state.live.backend = backend == 1 ? BackendKind::cpu : BackendKind::gl;
   glossControls(session.level->hasGloss, state);
-  ImGui::BeginDisabled(state.live.backend != BackendKind::gl);
   ImGui::Checkbox("mirror by cones", &state.cones);
-  ImGui::EndDisabled();
   ImGui::Checkbox("relight", &state.relight);
 }
 
@@ -165,8 +163,7 @@ void overlayControls(const Bake& bake, ViewState& state) {
 
 void viewControls(const Scene& scene, const Bake& bake, bool hasBake, ViewState& state) {
   int mode = static_cast<int>(state.mode);
-  const bool hasCones = hasBake || state.live.backend == BackendKind::gl;
-  const int modes = hasCones ? static_cast<int>(std::size(kViewModeNames)) : kViewModesWithoutCones;
+  constexpr int modes = static_cast<int>(std::size(kViewModeNames));
   if (ImGui::Combo("show", &mode, kViewModeNames, modes, modes)) state.mode = static_cast<ViewMode>(mode);
   ImGui::SliderFloat("exposure", &state.exposure, -8.0f, 8.0f, "%.1f stops");
   if (hasBake) overlayControls(bake, state);

@@ -22,7 +22,7 @@ struct ShadingKind {
   bool cones = false;    // cones have found what is mirrored, or how open surroundings are
   auto operator<=>(const ShadingKind&) const = default;
 };
-// hasCones: there are voxels that OpenGL lights. Where there are none, all light is shown in place of occlusion.
+// hasCones: there are voxels for cones. Where there are none, all light is shown in place of occlusion.
 ShadingKind shadingKind(const ViewState& state, bool hasRecords, bool hasCones);
 
 class Shading {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What cones through voxels that OpenGL lights find for the view of a level, by its bake (bake_on_gpu.h) or without one
-// (live_on_gpu.h): what surfaces mirror, or how open their surroundings are (runtime/live_gl/cones_gl.h). Pictures of
-// the view's size that the level is shaded by.
+// What cones through voxels find in OpenGL for the view of a level, lit by its bake (bake_on_gpu.h) or without one, by
+// OpenGL or by the CPU (live_shading.h): what surfaces mirror, or how open their surroundings are
+// (runtime/live_gl/cones_gl.h). Pictures of the view's size that the level is shaded by.
 #pragma once
 
 #include "relume/relighter.h"
@@ -38,8 +38,9 @@ class ViewCones {
   static Result<std::unique_ptr<ViewCones>> create(bool occlusion, const GetProcAddress& getProcAddress);
   bool isOfOcclusion() const { return occlusion_; }
 
-  // A frame. lit: sides of the volume. Changes framebuffer, viewport, program and textures. Errors of ConesGl.
-  Status update(const ViewState& state, const VoxelVolume& volume, const gl::LitSides& lit, const ConeView& view);
+  // A frame. lit: sides of the volume; null = the volume has their radiance. Changes framebuffer, viewport, program and
+  // textures. Errors of ConesGl.
+  Status update(const ViewState& state, const VoxelVolume& volume, const gl::LitSides* lit, const ConeView& view);
 
   // What a shader reads, after `const bool viewCones`:
   //   vec3 coneGlossy()   mirrored radiance [W/m²/sr] at this fragment, by the lobe of update()'s state

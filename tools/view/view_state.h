@@ -78,8 +78,6 @@ enum class ViewMode : int {
 inline constexpr const char* kViewModeNames[] = {"all light", "direct light", "light over links",   "glossy light",
                                                  "albedo",    "normals",      "light map's texels", "light of the grid",
                                                  "occlusion"};
-// Of these, how many a level without a bake can show where the CPU lights it: all but the last.
-inline constexpr int kViewModesWithoutCones = static_cast<int>(ViewMode::occlusion);
 
 enum class Overlay : std::size_t { surfels, clusters, caches, links, lightmap };  // as kOverlayNames
 inline constexpr const char* kOverlayTexts[] = {"surfels", "hierarchy", "caches", "links of a point", "light map"};
@@ -102,7 +100,7 @@ struct ViewState {
   bool records = false;  // light over links is gathered for the view, where it stands still for long enough
   ViewMode mode = ViewMode::full;
   bool gloss = false;        // surfaces mirror as their materials say, and not as the next two do
-  bool cones = false;        // cones find what surfaces mirror; without a bake where OpenGL lights
+  bool cones = false;        // cones find what surfaces mirror
   float reflectance = 0.0f;  // [0..1] of all surfaces: share of light that they mirror in lobes
   float roughness = 0.6f;    // [0..1] that sets the lobes' exponent
   float exposure = 0.0f;     // [stops]

@@ -203,9 +203,9 @@ Status Viewer::followCones(const ViewState& state, const std::vector<glm::mat4>&
     level_.draw(clip, gloss);
     level_.drawDynamic(clip, moved, gloss);
   };
-  const ConeView view{width, height, clip, live_ ? live_->last().number : voxels_->number(), drawn};
-  if (!live_) return cones_->update(state, voxels_->volume(), voxels_->sides(), view);
-  return cones_->update(state, live_->onGpu()->volume(), live_->onGpu()->caches().sides(), view);
+  const ConeView view{width, height, clip, live_ ? live_->lit() : voxels_->number(), drawn};
+  if (!live_) return cones_->update(state, voxels_->volume(), &voxels_->sides(), view);
+  return cones_->update(state, *live_->volume(), live_->sides(), view);
 }
 
 // What the level's materials are drawn to emit.
@@ -231,10 +231,11 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   const double shadowed = nowMs();
 
   // Light over links
+  const bool wantsCones = shadingKind(state, false, true).cones;
   Status lit = done();
   if (live_) {
     constexpr double kSlowMs = 100.0;  // of shadow maps
-    lit = live_->update(state, lights, shadows_, shadowed - begin > kSlowMs);
+    lit = live_->update(state, lights, shadows_, shadowed - begin > kSlowMs, wantsCones);
   } else if (state.relight) {
     lit = relight(state, lights, moved);
   }
@@ -251,12 +252,11 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
 
   const glm::mat4 clip = clipFromWorld(state.camera, static_cast<float>(width) / static_cast<float>(height));
   const double splat = nowMs();
-  const bool wantsCones = shadingKind(state, false, true).cones;
   if (wantsCones && !live_) {
     const Status found = lightVoxels(state, lights, moved);
     if (lit) lit = found;
   }
-  bool hasCones = wantsCones && (live_ ? live_->onGpu() != nullptr : voxels_ && voxels_->isLit());
+  bool hasCones = wantsCones && (live_ ? live_->volume() != nullptr : voxels_ && voxels_->isLit());
   if (hasCones) {
     const Status followed = followCones(state, moved, clip, width, height);
     hasCones = static_cast<bool>(followed);

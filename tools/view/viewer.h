@@ -75,9 +75,9 @@ class Viewer {
   // What lights with a bake: of the backend that was chosen. [live() is null]
   Relighter& relighter() { return cpu_ ? cpu_->relighter() : *gl_; }
   const Relighter& relighter() const { return cpu_ ? cpu_->relighter() : *gl_; }
-  // Whether voxels of a level with a bake, which cones of this view go through, are still being found.
+  // Whether voxels that cones of this view go through are still being found.
   bool awaitsVoxels(const ViewState& state) const {
-    return voxels_ && voxels_->isComing() && shadingKind(state, false, true).cones;
+    return shadingKind(state, false, true).cones && (live_ ? live_->awaitsVoxels() : voxels_ && voxels_->isComing());
   }
   // Whether what moves can shadow and reflect its light over links.
   bool hasMovingParts() const { return parts_.count() > 0; }

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+// The thread that lights a level without a bake: what it hands over of the voxels, and when; and that who takes it has
+// it alone while the thread goes on.
+#include "tools/view/live_job.h"
+#include "tests/load_level.h"
+
+#include <gtest/gtest.h>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <limits>
+#include <thread>
+
+namespace relume {
+namespace {
+
+constexpr double kStep = 1.0 / 15.0, kPatience = 60.0;  // [s]
+constexpr LiveLevelOptions kOptions{8, 16, 2};
+
+class LiveJobs : public testing::Test {
+ protected:
+  LiveScene lit(float intensity) const {
+    LiveScene scene;
+    Light lamp;
+    lamp.kind = LightKind::point;
+    lamp.positionWorld = glm::vec3(level_.cameras.front().toWorld[3]);
+    lamp.intensity = glm::vec3(20.0f * intensity);
+    scene.lights.push_back(lamp);
+    return scene;
+  }
+  // With a thing elsewhere.
+  LiveScene lifted(float metres) const {
+    LiveScene scene = lit(1.0f);
+    for (const Instance& instance : level_.instances) scene.toWorld.push_back(instance.toWorld);
+    scene.toWorld.back() = glm::translate(glm::mat4(1.0f), {0.0f, metres, 0.0f}) * scene.toWorld.back();
+    return scene;
+  }
+  static bool isSame(std::span<const VoxelRadiance> a, std::span<const VoxelRadiance> b) {
+    return std::ranges::equal(a, b, [](const VoxelRadiance& x, const VoxelRadiance& y) {
+      return x.front == y.front && x.back == y.back && x.axis == y.axis;
+    });
+  }
+  // The next frame of a job that follows at its own pace.
+  static LitFrame next(LiveJob& job) {
+    auto found = job.take(kPatience);
+    if (!found || !*found) {
+      ADD_FAILURE() << (found ? found->error().message : "nothing comes");
+      return {};
+    }
+    return std::move(**found);
+  }
+  static void wait(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
+
+  const Scene level_ = test::loadLevel(RELUME_SOURCE_DIR "/samples/level/two_rooms.glb");
+};
+
+TEST_F(LiveJobs, voxelsComeWhereTheyAreWantedAndRadianceWithEachFrame) {
+  Context context;
+  auto own = LiveLevel::create(level_, kOptions, context);
+  ASSERT_TRUE(own);
+  LiveJob job(level_, kOptions);
+  const auto both = [&](const LiveScene& scene, bool wantsVoxels) {
+    EXPECT_TRUE(own->update(scene, kStep));
+    job.followOnce(scene, kStep, wantsVoxels);
+    auto found = job.wait();
+    EXPECT_TRUE(found);
+    return found ? std::move(*found) : LitFrame{};
+  };
+  const LitFrame none = both(lit(1.0f), false);
+  EXPECT_FALSE(none.volume);
+  EXPECT_TRUE(none.radiance.empty());
+  EXPECT_FALSE(none.texels.light.empty());
+
+  const LitFrame first = both(lit(1.0f), true);
+  ASSERT_TRUE(first.volume);
+  EXPECT_TRUE(isSame(first.volume->radiance(), own->volume().radiance()));
+  EXPECT_TRUE(isSame(first.radiance, own->volume().radiance()));
+  // Other light, the same voxels
+  const LitFrame brighter = both(lit(3.0f), true);
+  EXPECT_FALSE(brighter.volume);
+  EXPECT_TRUE(isSame(brighter.radiance, own->volume().radiance()));
+  EXPECT_FALSE(isSame(brighter.radiance, first.radiance));
+  // Other voxels
+  const LitFrame moved = both(lifted(0.7f), true);
+  ASSERT_TRUE(moved.volume);
+  EXPECT_FALSE(std::ranges::equal(moved.volume->bits(), first.volume->bits()));
+  EXPECT_TRUE(isSame(moved.radiance, own->volume().radiance()));
+
+  EXPECT_TRUE(both(lifted(0.7f), false).radiance.empty());
+  EXPECT_TRUE(both(lifted(0.7f), true).volume) << "who no longer wanted them has kept none";
+}
+
+TEST_F(LiveJobs, voxelsThatNobodyHasTakenAreNotLost) {
+  LiveJob job(level_, kOptions);
+  job.follow(lit(1.0f), true);
+  EXPECT_TRUE(next(job).volume);
+  // Many frames of the same voxels, in place of the one that had them
+  job.follow(lifted(0.7f), true);
+  wait(200);
+  const LitFrame moved = next(job);
+  ASSERT_TRUE(moved.volume);
+  EXPECT_EQ(moved.radiance.size(), moved.volume->radiance().size());
+  // What is refused, in place of it
+  job.follow(lifted(0.9f), true);
+  wait(200);
+  job.follow(lifted(std::numeric_limits<float>::quiet_NaN()), true);
+  for (std::optional<Result<LitFrame>> found = job.take(kPatience); found && *found; found = job.take(kPatience)) {
+  }
+  job.follow(lit(1.0f), true);
+  EXPECT_TRUE(next(job).volume);
+}
+
+TEST_F(LiveJobs, voxelsComeToLightThatHasSettled) {
+  LiveJob job(level_, kOptions);
+  job.follow(lit(1.0f), false);
+  while (!next(job).isSettled) ASSERT_FALSE(HasFailure());
+  EXPECT_FALSE(job.take(0.1)) << "it sleeps";
+  job.follow(lit(1.0f), true);
+  const LitFrame found = next(job);
+  EXPECT_TRUE(found.volume);
+  EXPECT_TRUE(found.isSettled);
+  EXPECT_FALSE(job.take(0.1));
+}
+
+// For the thread sanitizer: what has been taken is read and written while the job goes on.
+TEST_F(LiveJobs, whatIsTakenIsTheTakersAlone) {
+  LiveJob job(level_, kOptions);
+  std::unique_ptr<VoxelVolume> volume;
+  int frames = 0, volumes = 0;
+  for (int i = 0; frames < 40; ++i) {
+    ASSERT_LT(i, 4000);
+    const bool wantsVoxels = i / 8 % 4 != 3;
+    if (!wantsVoxels) volume.reset();
+    job.follow(i % 3 == 0 ? lifted(0.01f * static_cast<float>(i % 50)) : lit(1.0f + static_cast<float>(i % 5)),
+               wantsVoxels);
+    auto found = job.take(0.05);
+    if (!found) continue;
+    ASSERT_TRUE(*found) << found->error().message;
+    ++frames;
+    LitFrame& frame = **found;
+    EXPECT_TRUE(wantsVoxels || (!frame.volume && frame.radiance.empty()));
+    if (frame.volume) {
+      volume = std::move(frame.volume);
+      volume->useParallelFor({});
+      ++volumes;
+    }
+    if (!volume || frame.radiance.empty()) continue;
+    ASSERT_EQ(frame.radiance.size(), volume->radiance().size());
+    for (std::uint32_t v = 0; v < frame.radiance.size(); ++v) {
+      volume->setRadiance(2 * v, frame.radiance[v].front);
+      volume->setRadiance(2 * v + 1, frame.radiance[v].back);
+    }
+    EXPECT_TRUE(isSame(volume->radiance(), frame.radiance)) << "axes are of other voxels";
+  }
+  EXPECT_GT(volumes, 1);
+}
+
+}  // namespace
+}  // namespace relume
