@@ -25,7 +25,8 @@ struct GpuPasses::State {
   CacheBands bands;
   ImageSizes imageSizes;
   std::size_t surfelCount = 0, skyPatchCount = 0;
-  Emitters emitters;  // shares the bake's arrays
+  std::uint32_t movingParts = 0;  // of a frame, at most
+  Emitters emitters;              // shares the bake's arrays
   GpuDevice device;
   Owned<gpu::FramePlan> plan;
   std::vector<GpuProgram> programs;
@@ -61,6 +62,14 @@ GpuProgram describe(const gpu::ProgramSource& source) {
                                       [](const gpu::EmbeddedSpirv& a, const std::string& key) { return a.key < key; });
   if (found != all.end() && found->key == program.name) program.spirv = found->words;
   return program;
+}
+
+// Their buffer does not grow.
+Status checkMovingShapes(const LightSetup& setup, const GpuDevice& device) {
+  if (setup.movingParts.empty() || setup.movingShapes->bytes() <= device.movingShapeBytes) return done();
+  return usageError("light setup: movingShapes has " + std::to_string(setup.movingShapes->count()) + " shapes of " +
+                    std::to_string(setup.movingShapes->bytes()) + " bytes, expected at most the " +
+                    std::to_string(device.movingShapeBytes) + " of GpuDevice::movingShapeBytes");
 }
 
 constexpr std::pair<const char*, const char*> kForVulkan{"RELUME_VULKAN", "1"};
@@ -111,6 +120,7 @@ Result<GpuPasses> GpuPasses::create(const Bake& bake, const RelightOptions& opti
   state->imageSizes = std::move(checked->images);
   state->surfelCount = bake.surfels.count();
   state->skyPatchCount = bake.hierarchy.skyDirection.size();
+  state->movingParts = options.movingParts;
   state->emitters = bake.emitters;
   state->device = device;
   GridTexture texture(&state->memory);
@@ -120,7 +130,8 @@ Result<GpuPasses> GpuPasses::create(const Bake& bake, const RelightOptions& opti
     if (texture.bytes() > device.storageBytes) texture = GridTexture(&state->memory);
   }
   Result<Owned<gpu::FramePlan>> plan =
-      gpu::FramePlan::create(checked->bake, texture, state->bands, state->imageSizes, device, &state->memory);
+      gpu::FramePlan::create(checked->bake, texture, state->bands, state->imageSizes, device, &state->memory,
+                             options.movingParts, options.movingLag);
   if (!plan) return plan.error();
   state->plan = std::move(*plan);
   for (const gpu::ProgramSource& source : state->plan->programs()) state->programs.push_back(describe(source));
@@ -170,7 +181,8 @@ Result<GpuFrame> GpuPasses::frame(const LightSetup& setup) try {
   const GpuDevice& device = state_->device;
   if (Status ok = checkSetup(setup, state_->surfelCount, state_->skyPatchCount); !ok) return ok.error();
   if (Status ok = checkEmissions(setup, state_->emitters, state_->imageSizes, BackendKind::cpu); !ok) return ok.error();
-  if (Status ok = checkMovingParts(setup, 0); !ok) return ok.error();
+  if (Status ok = checkMovingParts(setup, state_->movingParts); !ok) return ok.error();
+  if (Status ok = checkMovingShapes(setup, device); !ok) return ok.error();
   if (setup.lights.size() > device.maxLights) {
     return usageError("light setup: " + std::to_string(setup.lights.size()) + " lights, expected at most the " +
                       std::to_string(device.maxLights) + " of GpuDevice::maxLights");

@@ -20,8 +20,11 @@ layout(constant_id = 1) const uint RELUME_CACHES = 1u;
 layout(constant_id = 2) const int RELUME_NODE_STEPS = 0;
 layout(constant_id = 3) const uint RELUME_LANES = 1u;
 layout(constant_id = 4) const uint RELUME_SHARED_CACHES = 1u;
+layout(constant_id = 5) const uint RELUME_MOVING = 0u;
+#define RELUME_MAY_MOVE 1
 layout(local_size_x_id = 0) in;
 #else
+#define RELUME_MAY_MOVE RELUME_MOVING
 layout(local_size_x = RELUME_THREADS) in;
 #endif
 
@@ -53,7 +56,7 @@ shared vec4 partial[RELUME_SHARED_CACHES][RELUME_WORDS][RELUME_LANES];
 vec4 y[RELUME_LUMA_WORDS], co[RELUME_CHROMA_WORDS], cg[RELUME_CHROMA_WORDS];
 
 // RELUME_MOVING: parts move before links.
-#ifdef RELUME_MOVING
+#if RELUME_MAY_MOVE
 #include "lib/moving_change.glsl"
 #endif
 
@@ -286,8 +289,8 @@ void main() {
     cg[w] *= kMonicScale[w];
   }
 #endif
-#ifdef RELUME_MOVING
-  if (inside && lane == 0u) addChange(cache);
+#if RELUME_MAY_MOVE
+  if (uint(RELUME_MOVING) != 0u && inside && lane == 0u) addChange(cache);
 #endif
   co[RELUME_CHROMA_WORDS - 1] *= kRelumeLastChroma;
   cg[RELUME_CHROMA_WORDS - 1] *= kRelumeLastChroma;

@@ -12,7 +12,7 @@ layout(local_size_x = RELUME_PART_GROUP) in;
 layout(std430, binding = RELUME_SLOT_LIT_SHAPES) readonly buffer Shapes { uint shapeWord[]; };
 layout(std430, binding = RELUME_SLOT_LIGHTS) readonly buffer Lights { RelumeLight light[]; };
 layout(std430, binding = RELUME_SLOT_PARTS) readonly buffer Parts { RelumePart part[]; };
-layout(std430, binding = RELUME_SLOT_MOVING_LIGHT) coherent buffer MovingLight { vec4 movingLight[]; };
+layout(std430, binding = RELUME_SLOT_LIT_PARTS) coherent buffer MovingLight { vec4 movingLight[]; };
 
 RELUME_PARAMETERS(RELUME_PART_LIGHT_PARAMETERS)
 

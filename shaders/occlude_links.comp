@@ -10,7 +10,15 @@
 #include "lib/color.glsl"
 #include "lib/link_sums.glsl"
 
+#ifdef RELUME_VULKAN
+layout(constant_id = 0) const uint RELUME_THREADS = 1u;
+layout(constant_id = 1) const uint RELUME_CACHES = 1u;
+layout(constant_id = 2) const int RELUME_NODE_STEPS = 0;
+layout(constant_id = 3) const uint RELUME_LANES = 1u;
+layout(local_size_x_id = 0) in;
+#else
 layout(local_size_x = RELUME_THREADS) in;
+#endif
 
 RELUME_PARAMETERS(RELUME_OCCLUDE_PARAMETERS)
 

@@ -20,7 +20,19 @@
 // GpuPasses, which share nothing.
 //
 // Threads: each GpuPasses belongs to one thread at a time; const functions may be called from several. Memory: as
-// relighter.h has it; frame() takes none once a frame has had as many lights and surfels' arrays. Units: light.h's.
+// relighter.h has it; frame() takes none once a frame has had as many lights, surfels' arrays and moving shapes. Units:
+// lights.h's.
+//
+// Moving parts (moving_shapes.h) are asked for by RelightOptions::movingParts, and what they need is made once, as
+// everything is: no buffer grows. "moving parts" has room for as many as that, "moving shapes" for
+// GpuDevice::movingShapeBytes; "light of moving parts" has 32 bytes a cache and 17 KiB a part, which programs alone
+// write; "places on senders" is constant. A frame with parts uploads the parts, and the shapes where it names others
+// than the frame with parts before it, or after reset(). Before the dispatches of its caches it has those of
+// GpuPass::movingParts: the light of the parts, then what they hide of links. Frames without parts are those of passes
+// that have none, to the bit. Lights of the setup shine on parts without shadows: the function relumeVisibility() of
+// RelightOptions::visibilityGlsl is OpenGL's alone, and what a shader with gpuSurfelGlsl() finds is of surfels. With
+// surfelIrradianceOnGpu or surfelIrradiance, surfels leave LightSetup::lights alone, so that the list is of parts: hand
+// over the lamps that reach one.
 #pragma once
 
 #include "relume/bake_data.h"
@@ -55,6 +67,9 @@ struct GpuDevice {
   std::uint32_t maxLights = 64;  // of a frame
   bool hasSurfelArrays = false;  // frames may have surfelIrradiance or surfelEmission, 32 bytes a surfel
   bool hasSurfelShader = false;  // frames may have surfelIrradianceOnGpu, 16 bytes a surfel
+  // [byte] MovingShapes::bytes() of a frame's movingShapes, at most: some 16 KiB a shape. Counts with
+  // RelightOptions::movingParts alone.
+  std::size_t movingShapeBytes = std::size_t{1} << 18;
 };
 
 enum class GpuUse : std::uint8_t {
@@ -146,7 +161,6 @@ struct GpuBindingSet {
   std::span<const GpuBinding> bindings = {};
 };
 
-// movingParts: of the OpenGL backend alone.
 enum class GpuPass : std::uint8_t { emission, surfels, pull, movingParts, caches, gridTexture };
 
 struct GpuDispatch {
@@ -172,7 +186,8 @@ struct GpuFrame {
 
 class GpuPasses {
  public:
-  // Of the options bands, glossy, drivenImages, gridTexture and what belongs to it, parallelFor and memory count.
+  // Of the options bands, glossy, drivenImages, movingParts, movingLag, gridTexture and what belongs to it, parallelFor
+  // and memory count.
   // usage: as Relighter::create(), visibilityGlsl, a device number of 0; invalidFile: likewise; unsupported: more than
   // the device binds or holds; memory: it ran out.
   static Result<GpuPasses> create(const Bake& bake, const RelightOptions& options, const GpuDevice& device);
@@ -195,8 +210,9 @@ class GpuPasses {
   // Give back the memory that contents are in.
   void forgetContents();
 
-  // One frame. `setup` is refused as Relighter::relight() refuses it, and in addition if it has more lights, other
-  // arrays or textures than GpuDevice says; the frames go on as if the call had not been made.
+  // One frame. `setup` is refused as Relighter::relight() refuses it, and in addition if it has more lights, larger
+  // movingShapes, other arrays or textures than GpuDevice says; the frames go on as if the call had not been made.
+  // setup.movingShapes is read by this call alone.
   [[nodiscard]] Result<GpuFrame> frame(const LightSetup& setup);
   // Read nothing of the light before in the next frame.
   void reset();

@@ -14,14 +14,14 @@
 // grid in its own axes, 32 voxels on the longest side, so that a frame voxelises nothing; what is thinner than a voxel
 // counts as thick as one. Lengths in metres, light in W/m²/sr.
 //
-// CPU and OpenGL backend give the same light, but for rounding (GpuPasses and WebAssembly have none of it). OpenGL
-// uploads all shapes in the first frame that names them, and again where a frame names another MovingShapes: keep what
-// a level needs in one.
+// CPU and OpenGL backend and GpuPasses give the same light, but for rounding (WebAssembly has none of it). The latter
+// two upload all shapes in the first frame that names them, and again where a frame names another MovingShapes: keep
+// what a level needs in one.
 //
 // Errors: create() names mesh, vertex or triangle; Relighter::relight() refuses parts that it cannot place by their
 // index (more than RelightOptions::movingParts, a shape that there is not, a matrix that is not finite), and keeps last
-// frame's light. Threads: const functions from any number of threads; several relighters may share one MovingShapes,
-// which must live until the last relight() that names it has returned.
+// frame's light; so does GpuPasses::frame(). Threads: const functions from any number of threads; several relighters
+// may share one MovingShapes, which must live until the last relight() or frame() that names it has returned.
 #pragma once
 
 #include "relume/result.h"

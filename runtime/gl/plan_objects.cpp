@@ -98,7 +98,9 @@ GpuDevice deviceOf(const Functions& gl, gpu::GroupThreads threads) {
   device.sharedBytes = 32768;
   device.groups = 65535;
   device.isSerial = threads == gpu::GroupThreads::serial;
+  // Buffers grow there.
   device.maxLights = 0;
+  device.movingShapeBytes = 0;
   return device;
 }
 

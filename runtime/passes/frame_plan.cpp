@@ -198,12 +198,13 @@ Status FramePlan::makeLinks() {
                                            stored(RELUME_IMAGE_CO, kMapCo),
                                            stored(RELUME_IMAGE_CG, kMapCg)};
     const auto own_ = map ? std::span<const GpuBinding>(texels) : std::span<const GpuBinding>(grid);
-    Batch& added = batches_.emplace_back(Batch{addSet(own, {common, own_}), batch});
+    // Of frames without parts as well: what programs declare is bound, though no thread reads it.
+    const std::array<GpuBinding, 1> change{storage(RELUME_SLOT_MOVING_LIGHT, moving_.most > 0 ? kMovingLight : kNodes)};
+    Batch& added = batches_.emplace_back(Batch{addSet(own, {common, own_, change}), batch});
     if (moving_.most == 0) continue;
     std::uint32_t& ownMoving = movingProgram[map ? 1 : 0];
     if (ownMoving == kRelumeNone)
       ownMoving = addProgram(cacheProgram(bands_, bake_.links.kind, group, made->nodeSteps, map, true));
-    const std::array<GpuBinding, 1> change{storage(RELUME_SLOT_MOVING_LIGHT, kMovingLight)};
     const std::array<GpuBinding, 4> parts{
         storage(RELUME_SLOT_PARTS, kMovingParts), storage(RELUME_SLOT_SENDER_POINTS, kSenderPoints),
         storage(RELUME_SLOT_SHAPES, kMovingShapes), storage(RELUME_SLOT_MOVING_LIGHT, kMovingLight, true)};
@@ -366,7 +367,7 @@ void FramePlan::makeSets(GroupThreads threads, const GridTexture& texture) {
   if (moving_.most > 0) {
     const std::array<GpuBinding, 4> parts{
         storage(RELUME_SLOT_LIT_SHAPES, kMovingShapes), storage(RELUME_SLOT_LIGHTS, kLights),
-        storage(RELUME_SLOT_PARTS, kMovingParts), storage(RELUME_SLOT_MOVING_LIGHT, kMovingLight, true)};
+        storage(RELUME_SLOT_PARTS, kMovingParts), storage(RELUME_SLOT_LIT_PARTS, kMovingLight, true)};
     moving_.lightSet = addSet(addProgram(partLightProgram(bands_)), {parts, resolve_});
   }
   surfelBindings_ = {

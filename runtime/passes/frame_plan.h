@@ -100,9 +100,11 @@ class FramePlan {
   std::uint32_t hostTexture(std::size_t dispatch) const { return hostTextures_[dispatch]; }
   // The grid's texture of the light that the caches have, alone.
   GpuFrame fill();
+  // After a frame that was not run, its shapes are not on the device.
   void reset() {
     lit_ = false;
     if (moving_.turns) moving_.turns->forget();
+    moving_.isPacked = moving_.shapes != 0;
   }
 
  private:

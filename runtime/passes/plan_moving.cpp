@@ -36,7 +36,7 @@ void FramePlan::makeMovingBuffers(std::uint32_t parts, std::uint32_t lag) {
   }
   addBuffer(kSenderPoints, "places on senders", GpuUse::constant, keep(std::move(senders.word)));
   addBuffer(kMovingParts, "moving parts", GpuUse::frame, {}, parts * sizeof(gl::RelumePart));
-  addBuffer(kMovingShapes, "moving shapes", GpuUse::frame, {});
+  addBuffer(kMovingShapes, "moving shapes", GpuUse::frame, {}, device_.movingShapeBytes);
   // A mean a part, and as many patches as a shape may have.
   addBuffer(kMovingLight, "light of moving parts", GpuUse::light, {},
             (moving_.firstView + 2 * std::size_t{parts} * kViews) * sizeof(glm::vec4));

@@ -129,14 +129,14 @@ ProgramSource cacheProgram(const CacheBands& bands, LinkKind kind, const CacheGr
   DefineList defines = bandsOf(own.lumaBands, own.chromaBands, map && bands.irradianceOnMap);
   defines.emplace_back("RELUME_MAP", map ? "1" : "0");
   defines.emplace_back("RELUME_LINK_KIND", kindOf(kind, nodeSteps));
-  if (moving) defines.emplace_back("RELUME_MOVING", "1");
   return {"light_caches.comp",
           std::move(defines),
           {{"RELUME_THREADS", 0, static_cast<std::uint32_t>(group.lanes * group.caches)},
            {"RELUME_CACHES", 1, static_cast<std::uint32_t>(group.caches)},
            {"RELUME_NODE_STEPS", 2, static_cast<std::uint32_t>(std::max(nodeSteps, 0))},
            {"RELUME_LANES", 3, static_cast<std::uint32_t>(group.lanes)},
-           {"RELUME_SHARED_CACHES", 4, static_cast<std::uint32_t>(group.lanes > 1 ? group.caches : 1)}},
+           {"RELUME_SHARED_CACHES", 4, static_cast<std::uint32_t>(group.lanes > 1 ? group.caches : 1)},
+           {"RELUME_MOVING", 5, moving ? 1u : 0u}},
           kCaches};
 }
 
@@ -186,11 +186,14 @@ std::vector<ProgramSource> programsOf(std::span<const CacheBands> bands) {
   add(driveProgram());
   add(surfelProgram());
   for (const bool top : {false, true}) add(pullProgram({}, top));
+  for (const LinkKind kind : kLinkKinds) add(occludeProgram(kind, {}, -1));
+  add(occludeProgram(LinkKind::oct6, {}, 0));
   for (CacheBands each : bands) {
     for (const bool grid : {false, true}) {
       add(bounceProgram(each, grid));
       add(fillProgram(each, grid));
     }
+    add(partLightProgram(each));
     for (const LinkKind kind : kLinkKinds) {
       each.irradianceOnMap = kind == LinkKind::irradiance;
       // The light map has other bands where glossy receivers read it.

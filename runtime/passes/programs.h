@@ -74,10 +74,10 @@ ProgramSource driveProgram();
 ProgramSource surfelProgram();
 ProgramSource pullProgram(const PullGroup& group, bool top);
 // nodeSteps: LinkArrays::nodeSteps. map: for the caches of the light map; group: chosen for their bands. moving: for
-// frames with moving parts, in OpenGL.
+// frames with moving parts.
 ProgramSource cacheProgram(const CacheBands& bands, LinkKind kind, const CacheGroup& group, int nodeSteps, bool map,
                            bool moving = false);
-// Of moving parts, in OpenGL: the light of their patches, and what they hide of links.
+// Of moving parts: the light of their patches, and what they hide of links.
 ProgramSource partLightProgram(const CacheBands& bands);
 ProgramSource occludeProgram(LinkKind kind, const OccludeGroup& group, int nodeSteps);
 ProgramSource fillProgram(const CacheBands& bands, bool texels);

@@ -33,15 +33,14 @@
 #define RELUME_SLOT_VECTORS 2     // grid texture (out, then in): vectors of each cache
 #define RELUME_SLOT_MAP_TEXELS 3  // caches of the light map: texels of each (shaders/lib/map_texel.glsl)
 
-// Moving parts (runtime/passes/pack_moving.h), OpenGL alone: their light, what they hide of links, and what that
-// changes of caches.
+// Moving parts (runtime/passes/pack_moving.h): their light, what they hide of links, and what that changes of caches.
 #define RELUME_SLOT_LIT_SHAPES 0     // light of parts: words of shapes
 #define RELUME_SLOT_PARTS 3          // light of parts, occlusion: RelumePart[]
 #define RELUME_SLOT_SENDER_POINTS 5  // occlusion: points of each node, all points, positions and normals of caches
 #define RELUME_SLOT_SHAPES 6         // occlusion: words of shapes
-#define RELUME_SLOT_MOVING_LIGHT \
-  7  // caches (in), light of parts (out), occlusion (in, out): two vec4 a cache, a part, a patch and a view
-#define RELUME_PART_GROUP 64  // threads of a work group that lights a part
+#define RELUME_SLOT_MOVING_LIGHT 7   // caches (in), occlusion (in, out): two vec4 a cache, a part, a patch and a view
+#define RELUME_SLOT_LIT_PARTS 4      // light of parts (out): the same; the resolve's uniforms are 7 there
+#define RELUME_PART_GROUP 64         // threads of a work group that lights a part
 // Words of a shape: bricks along x, y, z; boxes of patches along x, y, z; first words of the boxes and of the patches;
 // how many patches; two words a brick. Each box has six numbers of patches, kRelumeNone = none.
 #define RELUME_SHAPE_BOXES 3u

@@ -3,6 +3,7 @@
 // and no memory is leaked or taken in a frame.
 #include "relume/gpu_passes.h"
 
+#include "tests/runtime/ball.h"
 #include "tests/runtime/driven_bake.h"
 #include "tests/runtime/some_lights.h"
 #include "tests/runtime/synthetic_bake.h"
@@ -23,12 +24,32 @@ Bake bakeOf(LinkKind kind) {
       {.surfels = 900, .skyPatches = 8, .lightmapCaches = 40, .linksPerCache = 400, .kind = kind, .bands = 4});
 }
 
-RelightOptions everything() {
+RelightOptions everything(std::uint32_t movingParts = 0) {
   RelightOptions options;
+  options.movingParts = movingParts;
   options.gridTexture = true;
   options.gridTrust = 1.0f;
   options.drivenImages = {{"screen", 45, 32}};
   return options;
+}
+
+MovingShapes balls(std::size_t count) {
+  const test::Ball ball(0.5f, 16);
+  const glm::vec3 grey(0.5f);
+  const std::vector<MovingMesh> meshes(count, MovingMesh{ball.position, ball.triangle, {&grey, 1}});
+  Result<MovingShapes> made = MovingShapes::create(meshes);
+  EXPECT_TRUE(made) << (made ? "" : made.error().message);
+  return std::move(*made);
+}
+
+// Parts in the synthetic room.
+std::vector<MovingPart> partsOf(std::size_t count, std::uint32_t shape = 0) {
+  std::vector<MovingPart> parts(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    parts[i].shape = shape;
+    parts[i].toWorld[3] = glm::vec3(2.0f + static_cast<float>(i), 2.0f, 3.0f);
+  }
+  return parts;
 }
 
 std::string messageOf(const Result<GpuPasses>& refused, ErrorCode code) {
@@ -47,7 +68,8 @@ TEST(GpuPasses, bindingsStayInsideTheirResourcesAndTheDevicesLimits) {
       GpuDevice device;
       device.storageBytes = limit;
       device.groups = limit == 40000 ? 20 : 65535;
-      const Result<GpuPasses> made = GpuPasses::create(bake, everything(), device);
+      // What parts need is larger than the lower limit.
+      const Result<GpuPasses> made = GpuPasses::create(bake, everything(limit == 40000 ? 0 : 5), device);
       ASSERT_TRUE(made) << made.error().message;
       std::size_t batches = 0;
       EXPECT_TRUE(made->checkDevice(device));
@@ -92,7 +114,7 @@ TEST(GpuPasses, everyProgramHasGlslAndThoseOfUsualBandsSpirv) {
     for (const bool isSerial : {false, true}) {
       GpuDevice device;
       device.isSerial = isSerial;
-      RelightOptions options = everything();
+      RelightOptions options = everything(5);
       options.lumaBands = 4;
       options.chromaBands = 2;
       const Result<GpuPasses> made = GpuPasses::create(bakeOf(kind), options, device);
@@ -103,6 +125,9 @@ TEST(GpuPasses, everyProgramHasGlslAndThoseOfUsualBandsSpirv) {
         const Result<std::string> glsl = made->programGlsl(i);
         ASSERT_TRUE(glsl) << glsl.error().message;
         EXPECT_TRUE(has(*glsl, "#version 450") && has(*glsl, "void main()")) << program.name;
+        // Renderers that compile by themselves put a function of their own here.
+        const bool lightsParts = program.name.starts_with("light_parts.comp");
+        EXPECT_TRUE(!lightsParts || has(*glsl, "float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)"));
         EXPECT_LE(program.parameterBytes, kGpuParameterBytes);
         any = any || !program.spirv.empty();
         // 0x07230203 opens every SPIR-V. All of them are there, or the build has none.
@@ -118,10 +143,14 @@ TEST(GpuPasses, dispatchesCoverWhatTheDeviceCutsThemInto) {
   const Bake bake = bakeOf(LinkKind::oct6);
   GpuDevice device;
   device.groups = 20;
-  Result<GpuPasses> cut = GpuPasses::create(bake, everything(), device),
-                    whole = GpuPasses::create(bake, everything(), {});
+  Result<GpuPasses> cut = GpuPasses::create(bake, everything(30), device),
+                    whole = GpuPasses::create(bake, everything(30), {});
   ASSERT_TRUE(cut && whole);
+  const MovingShapes shapes = balls(1);
+  const std::vector<MovingPart> parts = partsOf(30);
   LightSetup setup;
+  setup.movingParts = parts;
+  setup.movingShapes = &shapes;
   const Result<GpuFrame> few = whole->frame(setup), many = cut->frame(setup);
   ASSERT_TRUE(few && many);
   const auto groups = [](const GpuFrame& frame, GpuPass pass) {
@@ -131,13 +160,65 @@ TEST(GpuPasses, dispatchesCoverWhatTheDeviceCutsThemInto) {
   };
   EXPECT_GT(many->dispatches.size(), few->dispatches.size());
   for (const GpuDispatch& each : many->dispatches) EXPECT_LE(each.groups, 20u);
-  for (const GpuPass pass : {GpuPass::surfels, GpuPass::pull, GpuPass::caches, GpuPass::gridTexture})
+  for (const GpuPass pass :
+       {GpuPass::surfels, GpuPass::pull, GpuPass::movingParts, GpuPass::caches, GpuPass::gridTexture})
     EXPECT_EQ(groups(*many, pass), groups(*few, pass)) << static_cast<int>(pass);
   // The first frame has no light to bounce, the next ones have; after a reset they have none again.
   const std::size_t first = few->dispatches.size();
   EXPECT_GT(whole->frame(setup)->dispatches.size(), first);
   whole->reset();
   EXPECT_EQ(whole->frame(setup)->dispatches.size(), first);
+}
+
+// What hosts have made once is what frames with parts need, and other frames have nothing of it.
+TEST(GpuPasses, framesWithPartsUploadThemAndTheShapesOnce) {
+  const Bake bake = bakeOf(LinkKind::oct6);
+  Result<GpuPasses> made = GpuPasses::create(bake, everything(3), {}), none = GpuPasses::create(bake, everything(), {});
+  ASSERT_TRUE(made && none);
+  const MovingShapes shapes = balls(2), others = balls(1);
+  const std::vector<MovingPart> parts = partsOf(3);
+  const auto uploaded = [&](const GpuFrame& frame, const std::string& name) {
+    std::size_t bytes = 0;
+    for (const GpuUpload& each : frame.uploads) {
+      const GpuBuffer* buffer = each.isImage ? nullptr : &made->buffers()[each.resource];
+      if (!buffer || name != buffer->name) continue;
+      EXPECT_EQ(buffer->use, GpuUse::frame);
+      EXPECT_LE(each.bytes.size(), buffer->bytes);
+      bytes += each.bytes.size();
+    }
+    return bytes;
+  };
+  const auto moving = [](const GpuFrame& frame) {
+    return std::count_if(frame.dispatches.begin(), frame.dispatches.end(),
+                         [](const GpuDispatch& each) { return each.pass == GpuPass::movingParts; });
+  };
+  const auto frameOf = [&](std::size_t count, const MovingShapes& of) {
+    LightSetup setup;
+    setup.movingParts = std::span(parts).first(count);
+    setup.movingShapes = &of;
+    const Result<GpuFrame> frame = made->frame(setup);
+    EXPECT_TRUE(frame) << (frame ? "" : frame.error().message);
+    return *frame;
+  };
+  const GpuFrame first = frameOf(3, shapes);
+  EXPECT_GT(moving(first), 1);
+  const std::size_t bytes = uploaded(first, "moving shapes"), three = uploaded(first, "moving parts");
+  EXPECT_GT(bytes, 0u);
+  EXPECT_LE(bytes, shapes.bytes());
+  EXPECT_EQ(uploaded(frameOf(3, shapes), "moving shapes"), 0u);
+  const GpuFrame one = frameOf(1, shapes);
+  EXPECT_EQ(3 * uploaded(one, "moving parts"), three);
+  EXPECT_LT(uploaded(frameOf(1, others), "moving shapes"), bytes);
+  EXPECT_EQ(uploaded(frameOf(1, shapes), "moving shapes"), bytes);
+  // A frame without.
+  const GpuFrame open = frameOf(0, shapes);
+  EXPECT_EQ(moving(open) + static_cast<std::ptrdiff_t>(uploaded(open, "moving parts")), 0);
+  ASSERT_TRUE(none->frame({}));
+  EXPECT_EQ(open.dispatches.size(), none->frame({})->dispatches.size());
+  EXPECT_EQ(uploaded(frameOf(3, shapes), "moving shapes"), 0u);
+  // After a frame that was lost.
+  made->reset();
+  EXPECT_EQ(uploaded(frameOf(3, shapes), "moving shapes"), bytes);
 }
 
 TEST(GpuPasses, whatCannotBeIsRefused) {
@@ -157,6 +238,15 @@ TEST(GpuPasses, whatCannotBeIsRefused) {
   RelightOptions options;
   options.visibilityGlsl = "float relumeVisibility(uint l, vec3 p, vec3 n) { return 1.0; }";
   EXPECT_TRUE(has(messageOf(GpuPasses::create(bake, options, device), ErrorCode::usage), "gpuSurfelGlsl"));
+  options = {};
+  options.movingParts = kMaxMovingParts + 1;
+  EXPECT_TRUE(has(messageOf(GpuPasses::create(bake, options, device), ErrorCode::usage), "movingParts is 257"));
+  options.movingParts = 1;
+  options.movingLag = 3;
+  EXPECT_TRUE(has(messageOf(GpuPasses::create(bake, options, device), ErrorCode::usage), "movingLag is 3"));
+  options.movingLag = 1;
+  device.movingShapeBytes = device.storageBytes + 4;
+  EXPECT_TRUE(has(messageOf(GpuPasses::create(bake, options, device), ErrorCode::unsupported), "\"moving shapes\""));
   options = {};
   options.lumaBands = 9;
   EXPECT_TRUE(has(messageOf(GpuPasses::create(bake, options, device), ErrorCode::usage), "lumaBands is 9"));
@@ -191,9 +281,15 @@ TEST(GpuPasses, framesThatCannotBeAreRefusedAndChangeNothing) {
   const Bake bake = bakeOf(LinkKind::oct6);
   GpuDevice device;
   device.maxLights = 2;
-  Result<GpuPasses> made = GpuPasses::create(bake, everything(), device),
-                    same = GpuPasses::create(bake, everything(), device);
-  ASSERT_TRUE(made && same);
+  const MovingShapes shapes = balls(2), others = balls(3);
+  device.movingShapeBytes = shapes.bytes();
+  Result<GpuPasses> made = GpuPasses::create(bake, everything(2), device),
+                    same = GpuPasses::create(bake, everything(2), device),
+                    none = GpuPasses::create(bake, everything(), device);
+  ASSERT_TRUE(made && same && none);
+  const std::vector<MovingPart> three = partsOf(3), ofOthers = partsOf(1, 2);
+  std::vector<MovingPart> odd = partsOf(2);
+  odd[1].toWorld[0].x = std::numeric_limits<float>::quiet_NaN();
   const std::vector<Light> lights = test::someLights();
   const std::vector<glm::vec3> colors(bake.surfels.count(), glm::vec3(0.5f)), few(3, glm::vec3(1.0f));
   MaterialEmission texture;
@@ -213,12 +309,30 @@ TEST(GpuPasses, framesThatCannotBeAreRefusedAndChangeNothing) {
   refused([&](LightSetup& s) { s.skyPatches = few; }, "skyPatches");
   refused([&](LightSetup& s) { s.materialEmissions = {&texture, 1}; }, "texture");
   refused([&](LightSetup& s) { s.skyRadiance.x = std::numeric_limits<float>::quiet_NaN(); }, "skyRadiance");
+  const auto moving = [&](std::span<const MovingPart> parts, const MovingShapes* of, const char* words) {
+    refused(
+        [&](LightSetup& s) {
+          s.movingParts = parts;
+          s.movingShapes = of;
+        },
+        words);
+  };
+  moving(three, &shapes, "movingParts has 3 elements, expected at most 2");
+  moving(odd, &shapes, "movingParts[1].toWorld");
+  moving(odd, nullptr, "without movingShapes");
+  // A shape of another set, and a set that there is no room for.
+  moving(ofOthers, &shapes, "movingParts[0].shape is 2, there are 2");
+  moving(ofOthers, &others, "of GpuDevice::movingShapeBytes");
   LightSetup setup;
   setup.lights = {lights.data(), 2};
+  setup.movingShapes = &shapes;
+  setup.movingParts = std::span(three).first(1);
+  EXPECT_FALSE(none->frame(setup));
   for (int i = 0; i < 2; ++i) {
     const Result<GpuFrame> a = made->frame(setup), b = same->frame(setup);
     ASSERT_TRUE(a && b);
     ASSERT_EQ(a->dispatches.size(), b->dispatches.size());
+    EXPECT_EQ(a->uploads.size(), b->uploads.size());
     for (std::size_t k = 0; k < a->dispatches.size(); ++k)
       EXPECT_EQ(a->dispatches[k].parameters, b->dispatches[k].parameters);
   }
@@ -227,14 +341,18 @@ TEST(GpuPasses, framesThatCannotBeAreRefusedAndChangeNothing) {
 TEST(GpuPasses, memoryComesFromTheHostGoesBackAndMayBeRefused) {
   test::TrackingMemory memory;
   const Bake bake = bakeOf(LinkKind::oct6);
-  RelightOptions options = everything();
+  RelightOptions options = everything(2);
   options.memory = &memory;
   GpuDevice device;
   device.hasSurfelArrays = true;
   const std::vector<Light> lights = test::someLights();
   const std::vector<glm::vec3> colors(bake.surfels.count(), glm::vec3(0.5f));
+  const MovingShapes shapes = balls(2);
+  const std::vector<MovingPart> parts = partsOf(2, 1);
   LightSetup byLights, byHost;
   byLights.lights = lights;
+  byLights.movingParts = parts;
+  byLights.movingShapes = &shapes;
   byHost.surfelIrradiance = colors;
   std::size_t requests = 0;
   {

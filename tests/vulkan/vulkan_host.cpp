@@ -287,6 +287,20 @@ std::vector<std::byte> VulkanHost::read(VkBuffer buffer, std::size_t bytes) {
   return {begin, begin + bytes};
 }
 
+std::vector<std::byte> VulkanHost::read(VkImage image, const GpuImage& shape) {
+  Objects objects(device_);
+  VkBuffer to = VK_NULL_HANDLE;
+  const glm::uvec3 size = levelSize(shape, 0);
+  const std::size_t bytes = texelBytes(shape.format) * size.x * size.y * size.z * layersOf(shape);
+  const std::byte* begin = objects.makeBuffer(bytes, to);
+  run([&](VkCommandBuffer commands) {
+    const VkImageSubresourceLayers layers{VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, layersOf(shape)};
+    const VkBufferImageCopy copy{0, 0, 0, layers, {0, 0, 0}, {size.x, size.y, size.z}};
+    vkCmdCopyImageToBuffer(commands, image, VK_IMAGE_LAYOUT_GENERAL, to, 1, &copy);
+  });
+  return {begin, begin + bytes};
+}
+
 std::vector<float> VulkanHost::compute(const std::string& text, const std::string& body, VkDescriptorSetLayout layout,
                                        VkDescriptorSet set, const std::vector<float>& in, std::size_t threads,
                                        std::size_t outFloats) {

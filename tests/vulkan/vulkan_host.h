@@ -38,6 +38,8 @@ class VulkanHost {
   // Record, submit, and wait until it is done.
   void run(const std::function<void(VkCommandBuffer)>& record);
   std::vector<std::byte> read(VkBuffer buffer, std::size_t bytes);
+  // All layers of an image that is one of GpuPasses::images(), without mip levels.
+  std::vector<std::byte> read(VkImage image, const GpuImage& shape);
   // As runCompute() of gl_test_support.h: set 0 is the caller's, whose functions are in `text`.
   std::vector<float> compute(const std::string& text, const std::string& body, VkDescriptorSetLayout layout,
                              VkDescriptorSet set, const std::vector<float>& in, std::size_t threads,

@@ -5,12 +5,11 @@
 #include "relume/vulkan_executor.h"
 
 #include "relume/bake_file.h"
-#include "runtime/shared/pack_color.h"
 #include "tests/long_tests.h"
 #include "tests/runtime/driven_bake.h"
 #include "tests/runtime/gl_test_support.h"
 #include "tests/runtime/some_lights.h"
-#include "tests/vulkan/vulkan_host.h"
+#include "tests/vulkan/vulkan_level.h"
 
 #include <gtest/gtest.h>
 
@@ -24,79 +23,11 @@
 namespace relume {
 namespace {
 
+using test::Level;
+using test::makeExecutor;
 using test::VulkanHost;
 
-// An executor whose contents are on the device.
-Result<std::unique_ptr<VulkanExecutor>> makeExecutor(VulkanHost& host, const VulkanDevice& device,
-                                                     const GpuPasses& passes) {
-  Result<std::unique_ptr<VulkanExecutor>> made = Error{};
-  host.run([&](VkCommandBuffer commands) { made = VulkanExecutor::create(device, passes, commands); });
-  return made;
-}
-
-class Vulkan : public testing::Test {
- protected:
-  void SetUp() override {
-    std::string why;
-    host_ = VulkanHost::open(why);
-    if (!host_) GTEST_SKIP() << why;
-    made_ = VulkanHost::objectsMade() - VulkanHost::objectsDestroyed();
-  }
-  void TearDown() override {
-    if (!host_) return;
-    EXPECT_EQ(VulkanHost::objectsMade() - VulkanHost::objectsDestroyed(), made_) << "objects outlived their owner";
-    for (const std::string& complaint : host_->complaints()) ADD_FAILURE() << complaint;
-    host_ = nullptr;
-  }
-  std::unique_ptr<VulkanHost> host_;
-  int made_ = 0;
-};
-
-// Passes of a bake and their executor, which must come about.
-struct Level {
-  Level(VulkanHost& host, const Bake& bake, const RelightOptions& options, GpuDevice device)
-      : host_(host), passes(make(bake, options, device)) {
-    auto created = makeExecutor(host, host.device(), passes);
-    if (!created) throw std::runtime_error(created.error().message);
-    executor = std::move(*created);
-    passes.forgetContents();
-  }
-  static GpuPasses make(const Bake& bake, const RelightOptions& options, const GpuDevice& device) {
-    Result<GpuPasses> made = GpuPasses::create(bake, options, device);
-    if (!made) throw std::runtime_error(made.error().message);
-    return std::move(*made);
-  }
-
-  void relight(const LightSetup& setup) {
-    const Result<GpuFrame> frame = passes.frame(setup);
-    ASSERT_TRUE(frame) << frame.error().message;
-    host_.run([&](VkCommandBuffer commands) { executor->record(commands, *frame); });
-  }
-  std::vector<float> nodes() const {
-    for (std::size_t i = 0; i < passes.buffers().size(); ++i) {
-      if (std::string(passes.buffers()[i].name) != "radiosity") continue;
-      const std::vector<std::byte> bytes = host_.read(executor->buffer(i), passes.buffers()[i].bytes);
-      std::vector<float> floats;
-      for (std::size_t k = 0; k < bytes.size() / 4; ++k) {
-        std::uint32_t word = 0;
-        std::memcpy(&word, bytes.data() + 4 * k, 4);
-        const glm::vec3 color = unpackColor(word);
-        floats.insert(floats.end(), {color.r, color.g, color.b});
-      }
-      return floats;
-    }
-    return {};
-  }
-  std::vector<float> resolve(const std::string& body, const std::vector<float>& in, std::size_t threads,
-                             std::size_t floats) {
-    return host_.compute(passes.resolveGlsl(), body, executor->resolveLayout(), executor->resolveSet(), in, threads,
-                         floats);
-  }
-
-  VulkanHost& host_;
-  GpuPasses passes;
-  std::unique_ptr<VulkanExecutor> executor;
-};
+class Vulkan : public test::VulkanTest {};
 
 // Six floats per receiver: a position around the grid, whose x and y are a place on the light map as well, and a
 // normal.
