@@ -20,14 +20,14 @@ constexpr double kPeakFrequency = 3.248;  // [cycles a degree] where 100 cd/m² 
 constexpr double kMostElevation = 10.0;   // of a threshold
 constexpr double kFewColors = 10.0;       // [cd/m²] below, cones see less
 
-using Plane = std::vector<double>;
+using Values = std::vector<double>;
 
 // One step of a pyramid that keeps its size: Burt and Adelson's kernel, its taps so many pixels apart. Pictures go on
 // beyond their edges as they are there.
-Plane smoothed(const Plane& from, int width, int height, int apart) {
+Values smoothed(const Values& from, int width, int height, int apart) {
   constexpr std::array<double, 5> kKernel = {0.05, 0.25, 0.4, 0.25, 0.05};
-  const auto along = [&](const Plane& plane, int dx, int dy) {
-    Plane to(plane.size(), 0.0);
+  const auto along = [&](const Values& plane, int dx, int dy) {
+    Values to(plane.size(), 0.0);
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < width; ++x) {
         double sum = 0.0;
@@ -45,7 +45,7 @@ Plane smoothed(const Plane& from, int width, int height, int apart) {
 
 // A picture as the eye takes it apart: luminance [cd/m²], each level an octave smoother than the one before.
 struct Seen {
-  std::array<Plane, kLevels> luminance;
+  std::array<Values, kLevels> luminance;
   std::vector<glm::dvec3> lab;
 
   Seen(int width, int height, std::span<const glm::vec3> picture, double white) {
