@@ -106,9 +106,10 @@ TEST_F(LiveJobs, voxelsThatNobodyHasTakenAreNotLost) {
   job.follow(lifted(0.9f), true);
   wait(200);
   job.follow(lifted(std::numeric_limits<float>::quiet_NaN()), true);
+  wait(200);
   for (std::optional<Result<LitFrame>> found = job.take(kPatience); found && *found; found = job.take(kPatience)) {
   }
-  job.follow(lit(1.0f), true);
+  job.follow(lifted(0.9f), true);
   EXPECT_TRUE(next(job).volume);
 }
 
