@@ -50,10 +50,23 @@ class WindowPanel : public WindowTest {
     return show(
         {kWindowLevel, "--bake", at("level.relume"), "--camera", "cam_living", "--lights", "lamp", "--view", view});
   }
-  // A line of the list that a row opens.
+  // A line of the list that a row opens, once it is open.
   void choose(int row, int item) const {
+    const ScreenPicture closed = screen_.picture();
     clickControl(rowAt(row));
+    EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return isListOpen(closed, p, row); })) << row;
     clickControl(rowAt(row) + glm::ivec2(0, kRowStep + kItemStep * item));
+  }
+  // Whether there is something else below a row than before, where a list of two lines is.
+  static bool isListOpen(const ScreenPicture& closed, const ScreenPicture& now, int row) {
+    int changed = 0;
+    for (int y = rowAt(row).y + 14; y < rowAt(row).y + 14 + 2 * kItemStep; ++y) {
+      for (int x = 20; x < 160; ++x) {
+        const std::size_t i = static_cast<std::size_t>(y) * closed.width + static_cast<std::size_t>(x);
+        changed += std::abs(closed.pixel[i].sum() - now.pixel[i].sum()) > 20 ? 1 : 0;
+      }
+    }
+    return changed > 200;
   }
   void switchOverlay(int item) const {
     clickControl(rowAt(kOverlay));
@@ -119,9 +132,9 @@ TEST_F(SmallWindowPanel, partsOfTheLightBandsAndBackendsAreSwitched) {
   EXPECT_LT(differenceBetween(restingPixels(), gl), 2e-3);
 }
 
-// Of a level without a bake that OpenGL lights.
+// Of a level without a bake, which OpenGL lights and then the CPU.
 TEST_F(SmallWindowPanel, conesMirrorAndShowHowOpenPlacesAre) {
-  constexpr int kLiveRelight = 6, kMirrorByCones = 16, kOcclusion = 8;
+  constexpr int kLiveRelight = 6, kLiveBy = 13, kMirrorByCones = 16, kGlossy = 3, kOcclusion = 8;
   if (!show({kWindowLevel, "--camera", "cam_living", "--lights", "lamp", "--live-cells", "12", "--live-rays", "32",
              "--live-backend", "gl", "--view", "glossy", "--roughness", "0.3"}))
     GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
@@ -143,7 +156,38 @@ TEST_F(SmallWindowPanel, conesMirrorAndShowHowOpenPlacesAre) {
   const auto open = settled();
   EXPECT_GT(meanOf(open), 0.1);
   EXPECT_GT(differenceBetween(open, byCaches), 0.01);
+  choose(kLiveBy, 1);
+  EXPECT_LT(differenceBetween(settled(), open), 0.005) << "by the CPU's voxels";
+  choose(kShow, kGlossy);
+  clickControl(rowAt(kMirrorByCones, 25));
+  const auto byCpu = settled();
+  EXPECT_GT(differenceBetween(byCpu, byCones), 2e-4) << "shadows by rays are others than those of 64 texels";
+  EXPECT_LT(differenceBetween(byCpu, byCones), 0.3 * differenceBetween(byCones, byCaches));
   EXPECT_TRUE(screen_.isRunning(viewer_));
+}
+
+// As narrow as the panel allows: cones take as long as there are pixels.
+class NarrowWindowPanel : public WindowPanel {
+ protected:
+  NarrowWindowPanel() : WindowPanel(420, 490) {}
+};
+
+// Of a level with a bake: once its voxels are found, and no longer than the switch is on.
+TEST_F(NarrowWindowPanel, conesMirrorBesideABake) {
+  constexpr int kMirrorByCones = 18;
+  bake("2048");
+  if (!show({kWindowLevel, "--bake", at("level.relume"), "--camera", "cam_living", "--lights", "lamp", "--live-cells",
+             "12", "--view", "glossy", "--roughness", "0.3"}))
+    GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
+  clickControl(rowAt(kRelight));
+  const auto byCaches = restingPixels();
+  clickControl(rowAt(kMirrorByCones, 25));
+  auto byCones = screenshot();
+  for (int i = 0; i < 60 && differenceBetween(byCones, byCaches) < 3e-3; ++i) byCones = screenshot();
+  EXPECT_GT(differenceBetween(byCones, byCaches), 3e-3);
+  EXPECT_GT(meanOf(byCones), 0.01);
+  clickControl(rowAt(kMirrorByCones, 25));
+  EXPECT_LT(differenceBetween(restingPixels(), byCaches), 1e-4);
 }
 
 TEST_F(WindowPanel, linksOfAnotherKindAreBaked) {
