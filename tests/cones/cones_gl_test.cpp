@@ -67,6 +67,7 @@ TEST_F(ConesOnGl, levelsInHalvesAreNear) {
     const std::vector<VoxelRadiance> before(level.volume.radiance().begin(), level.volume.radiance().end());
     const PixelConeOptions options{.keep = false};
     for (const float scale : {1.0f, 1e-9f, 1e7f, 0.0f}) {
+      if (directions == Directions::one && scale != 1.0f) continue;
       ConesGl gl = onGl(options, directions, gpu::GroupThreads::parallel);
       for (std::uint32_t s = 0; s < level.volume.sideCount(); ++s)
         level.volume.setRadiance(s, scale * (s % 2 == 0 ? before[s / 2].front : before[s / 2].back));
@@ -118,14 +119,15 @@ TEST_F(ConesOnGl, eachFilterIsItsTwin) {
   const LiveSky sky{{0.3f, 0.4f, 0.5f}, {}, 0};
   const ConeTracer tracer(level.volume, level.mips, sky);
   // Strips of the blur: one and a part of another, of threads of software and of hardware, whose levels are in halves.
-  for (const auto groups : {gpu::GroupThreads::serial, gpu::GroupThreads::parallel})
-    for (int stages = 0; stages < 4; ++stages) {
+  for (const auto groups : {gpu::GroupThreads::serial, gpu::GroupThreads::parallel}) {
+    for (int stages = groups == gpu::GroupThreads::serial ? 0 : 2; stages < 4; ++stages) {
       const PixelConeOptions options{.gather = stages != 0, .blur = stages >= 2, .keep = stages != 1, .mostFrames = 4};
       PixelCones cpu = conesOf(options);
       ConesGl gl = onGl(options, Directions::six, groups);
       ASSERT_TRUE(gl.fill(level.volume));
       for (int f = 0; f < 6; ++f) {
-        const Picture picture(75, 67, {-3, -1, 3.2f}, {1.0f + 0.2f * static_cast<float>(f), -2, 0});
+        const auto width = stages < 2 ? 43u : 75u, height = stages < 2 ? 31u : 67u;
+        const Picture picture(width, height, {-3, -1, 3.2f}, {1.0f + 0.2f * static_cast<float>(f), -2, 0});
         if (f == 4 && stages == 3) {
           cpu.reset();
           gl.reset();
@@ -142,6 +144,7 @@ TEST_F(ConesOnGl, eachFilterIsItsTwin) {
         EXPECT_LE(off, frames.size() / 500) << "frame " << f;
       }
     }
+  }
 }
 
 TEST_F(ConesOnGl, lobesAreTheirTwins) {
