@@ -296,13 +296,13 @@ void ConeLevels::bindLevelImage(std::uint32_t level) const {
 void ConeLevels::bind(const Program& program) const {
   bindVoxels(program);
   bindLevels();
-  brightest_.bind(RELUME_CONE_SLOT_BRIGHTEST);
+  if (halves_) brightest_.bind(RELUME_CONE_SLOT_BRIGHTEST);
   setUniform(gl_, program, "relumeConeLevelCount", levels());
   for (std::size_t l = 1; l <= sizes_.size(); ++l)
     setUniform(gl_, program, ("relumeConeOffset[" + std::to_string(l) + "]").c_str(), offsets_[l - 1]);
 }
 
-// Of halves.
+// What halves count radiance in: the brightest voxel.
 void ConeLevels::findUnit() {
   brightest_.reserve(sizeof(std::uint32_t));
   brightest_.clear();

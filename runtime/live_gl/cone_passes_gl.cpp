@@ -156,8 +156,7 @@ void ConePasses::lightPixels(const LiveSky& sky, GLuint normals, bool rowsUp) {
   run(edgesProgram_, pixels());
   timer_.mark(3);
 
-  // 3. The pattern's cones together, and a blur
-  // Of each strip as many as a work group has.
+  // 3. The pattern's cones together, and a blur: of each of its strips as many threads as a work group has
   const auto stripThreads = [&](const glm::ivec2& along) {
     const auto size = glm::uvec2(images_.size);
     const std::uint32_t length = along.x != 0 ? size.x : size.y;

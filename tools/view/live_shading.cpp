@@ -87,7 +87,10 @@ Status LiveShading::lightOnGpu(const LiveScene& scene, double step, const Shadow
   clock_ = now;
   const Result<bool> lit = shown_->update(scene, seconds, shadows);
   if (!lit) return lit.error();
-  if (*lit) ++last_.number, ++lit_;
+  if (*lit) {
+    ++last_.number;
+    ++lit_;
+  }
   last_.isSettled = shown_->isSettled();
   last_.caches = shown_->caches().activeCells();
   return done();
