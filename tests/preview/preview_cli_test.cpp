@@ -141,7 +141,6 @@ TEST_F(PreviewCommand, recordsAndTheirWeightsCanBeLookedAt) {
   expectRefused(run({"render", kLevel, "--aov", "weight", "-o", image()}), 1, {"--aov weight", "relume preview"});
 }
 
-// OpenGL draws what records see: the same light as rays through the pixels of the same plane find.
 // What surfaces mirror is a layer of its own and part of the whole; without --gloss materials mirror nothing.
 TEST_F(PreviewCommand, glossIsWhatTheReferenceMirrors) {
   const std::vector<std::string> view{"--camera", "cam_hall", "--lights", "spot", "--gloss", "--aov", "glossy"};
@@ -158,6 +157,7 @@ TEST_F(PreviewCommand, glossIsWhatTheReferenceMirrors) {
   EXPECT_LT(differenceOf(image(), folder_ / "truth.exr", ""), 0.25);
 }
 
+// OpenGL draws what records see: the same light as rays through the pixels of the same plane find.
 TEST_F(PreviewCommand, openGlGivesTheLightThatRaysDo) {
   const auto draw = [&](const char* backend) {
     return preview({"--camera", "cam_hall", "--lights", "spot", "--source", "direct", "--hemisphere", "border",
