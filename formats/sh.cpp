@@ -157,13 +157,13 @@ float irradianceAtSurface(int bands, std::span<const float> c, const glm::vec3& 
 }
 
 float surfaceBlend(float cosine) {
-  const float t = std::clamp((cosine - 0.85f) / (0.99f - 0.85f), 0.0f, 1.0f);
+  const float t = std::clamp((cosine - 0.95f) / (0.995f - 0.95f), 0.0f, 1.0f);
   return t * t * (3.0f - 2.0f * t);
 }
 
 SurfaceLobe surfaceLobe(float cosine, float geometricCosine) {
   const float blend = surfaceBlend(cosine);
-  return {blend / std::max(geometricCosine, 0.85f), (1.0f - blend) * 2.0f / (1.0f + std::max(geometricCosine, 0.0f))};
+  return {blend / std::max(geometricCosine, 0.95f), (1.0f - blend) * 2.0f / (1.0f + std::max(geometricCosine, 0.0f))};
 }
 
 }  // namespace relume

@@ -52,12 +52,14 @@ float zonalIrradiance(float c0, const glm::vec3& linear, const glm::vec3& n);
 // knows no direction: it gives pi times the mean radiance of the half that a surface cache sees.
 float irradianceAtSurface(int bands, std::span<const float> c, const glm::vec3& n, const glm::vec3& cacheNormal);
 
-// Share of irradianceLinear() for a cosine between shading and cache normal: 1 above 0.99, 0 below 0.85, smooth
+// Share of irradianceLinear() for a cosine between shading and cache normal: 1 above 0.995, 0 below 0.95, smooth
 // between.
 float surfaceBlend(float cosine);
 
 // Factors on irradianceLinear() and irradianceClamped() at a surface cache with normal m, for cosine = dot(n, m) of the
-// shading normal and geometricCosine = dot(g, m) of the receiver's own plane g.
+// shading normal and geometricCosine = dot(g, m) of the receiver's own plane g. Where several caches are interpolated m
+// is the mean of their normals, shorter than 1 where they differ: what each has caught of a uniform world is linear in
+// m.
 //
 // The shares are surfaceBlend(cosine) and the rest. A cache has seen only the half of the world above m, a receiver
 // whose plane is tilted sees a lune below: of a uniform world the linear form has caught g.m, the clamped one (1 + g.m)

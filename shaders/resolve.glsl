@@ -53,8 +53,8 @@ bool relumeCanShade(vec3 n) { return relumeFinite(n) && dot(n, n) <= RELUME_MAX_
 
 // Factors of the linear (x) and the clamped form (y) at a surface cache: formats/sh.h, surfaceLobe().
 vec2 relumeSurfaceLobe(float cosine, float geometricCosine) {
-  float blend = smoothstep(0.85, 0.99, cosine);
-  return vec2(blend / max(geometricCosine, 0.85), (1.0 - blend) * 2.0 / (1.0 + max(geometricCosine, 0.0)));
+  float blend = smoothstep(0.95, 0.995, cosine);
+  return vec2(blend / max(geometricCosine, 0.95), (1.0 - blend) * 2.0 / (1.0 + max(geometricCosine, 0.0)));
 }
 
 // The receiver's lobe, four coefficients a vector; share: relumeSurfaceLobe().
@@ -103,8 +103,7 @@ vec3 relumeIrradianceLightmap(vec2 uv, vec3 n, vec3 geometricNormal) {
   // The filtered w is the share of texels that have a cache: dividing by it leaves the others out.
   vec4 normal = relumeMapNormal(uv);
   if (!(normal.w > 0.0)) return vec3(0.0);
-  float size = length(normal.xyz);
-  vec3 cacheNormal = size > 0.0 ? normal.xyz / size : vec3(0.0);
+  vec3 cacheNormal = normal.xyz / normal.w;
 #if RELUME_LUMA_BANDS < 2
   vec2 share = vec2(0.0, 1.0);
 #elif RELUME_MAP_IRRADIANCE
@@ -114,7 +113,7 @@ vec3 relumeIrradianceLightmap(vec2 uv, vec3 n, vec3 geometricNormal) {
   vec2 share = relumeSurfaceLobe(dot(n, cacheNormal), dot(geometricNormal, cacheNormal));
 #endif
   vec4 lobe[RELUME_LUMA_LAYERS];
-  relumeMakeLobe(n, share, 1.0 + dot(cacheNormal, cacheNormal), lobe);
+  relumeMakeLobe(n, share, cacheNormal == vec3(0.0) ? 1.0 : 2.0, lobe);
 
   vec4 y0 = relumeMapY(uv, 0);
   vec4 co0 = relumeMapCo(uv, 0);

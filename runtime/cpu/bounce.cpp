@@ -77,7 +77,7 @@ Bounce::Bounce(const Caches& caches, const Surfels& surfels, std::span<const std
 
 void Bounce::addTilted(const Surfels& surfels, std::uint32_t s, std::uint8_t slot) {
   const Stencil stencil = lightmapStencil(caches_, unpackUnorm16x2(surfels.receiver[s]));
-  const float cosine = glm::clamp(glm::dot(stencilNormal(caches_, stencil), surfels.normal[s]), -1.0f, 1.0f);
+  const float cosine = glm::clamp(glm::dot(meanNormal(caches_, stencil), surfels.normal[s]), -1.0f, 1.0f);
   tilted_.push_back(
       {slot, static_cast<std::uint8_t>(std::lrint(std::acos(cosine) * 255.0f / std::numbers::pi_v<float>))});
 }

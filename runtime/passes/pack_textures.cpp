@@ -5,20 +5,42 @@
 #include "formats/irradiance_vector.h"
 #include "shaders/shared/layout.h"
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace relume::gpu {
+
+namespace {
+
+// A unit vector in 127ths: of the eight roundings the one whose length is nearest to 1, which is what shaders tell from
+// it where caches look apart; its direction is within a degree.
+glm::ivec3 roundedUnit(const glm::vec3& n) {
+  const glm::vec3 scaled = 127.0f * glm::clamp(n, -1.0f, 1.0f);
+  const glm::ivec3 low(glm::floor(scaled));
+  glm::ivec3 best = low;
+  float least = std::numeric_limits<float>::infinity();
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::ivec3 rounded = glm::min(low + glm::ivec3(corner & 1, corner >> 1 & 1, corner >> 2), 127);
+    const float off = std::abs(glm::length(glm::vec3(rounded)) - 127.0f * glm::length(n)) +
+                      0.01f * glm::length(glm::vec3(rounded) - scaled);
+    if (off < least) least = off, best = rounded;
+  }
+  return best;
+}
+
+}  // namespace
 
 std::pmr::vector<std::int8_t> packNormals(const Caches& caches, std::pmr::memory_resource* memory) {
   std::pmr::vector<std::int8_t> texels(4 * std::max<std::size_t>(caches.lightmap.cache.size(), 1), 0, memory);
   for (std::size_t i = 0; i < caches.lightmap.cache.size(); ++i) {
     const std::uint32_t cache = caches.lightmap.cache[i];
     if (cache == kNoCache) continue;
-    for (int k = 0; k < 3; ++k) {
-      const float v = std::clamp(caches.normal[cache][k], -1.0f, 1.0f);
-      texels[4 * i + static_cast<std::size_t>(k)] = static_cast<std::int8_t>(std::lrint(127.0f * v));
-    }
+    const glm::ivec3 rounded = roundedUnit(caches.normal[cache]);
+    for (int k = 0; k < 3; ++k) texels[4 * i + static_cast<std::size_t>(k)] = static_cast<std::int8_t>(rounded[k]);
     texels[4 * i + 3] = 127;
   }
   return texels;

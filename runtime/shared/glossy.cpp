@@ -97,9 +97,10 @@ glm::vec3 glossyOnLightmap(const Caches& caches, const CacheLight& light, const 
   if (light.irradianceOnMap) return irradianceOnLightmap(caches, light, uv, reflected) * std::numbers::inv_pi_v<float>;
   const CacheBands held = light.ofMap();
   const GlossyLobe lobe = makeGlossyLobe(held.lumaBands, reflected, exponent);
-  const glm::vec3 normal = stencilNormal(caches, stencil);
+  const glm::vec3 normal = meanNormal(caches, stencil);
+  const float length = glm::length(normal);
   const float share =
-      normal == glm::vec3(0.0f) ? 1.0f : shareAbove(held.lumaBands, lobe.factor, glm::dot(normal, reflected));
+      length > 0.0f ? shareAbove(held.lumaBands, lobe.factor, glm::dot(normal, reflected) / length) : 1.0f;
   return gather(light, held, stencil, lobe, 1.0f / total) / share;
 }
 

@@ -109,14 +109,14 @@ glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, co
   const Stencil stencil = lightmapStencil(caches, uv);
   const float total = stencil.total();
   if (!(total > 0.0f)) return glm::vec3(0.0f);
-  const glm::vec3 cacheNormal = stencilNormal(caches, stencil);
+  const glm::vec3 cacheNormal = meanNormal(caches, stencil);
   // Irradiance caches answer for their own normal whatever the receiver's: (2 pi y_0) times coefficient 0.
   const SurfaceLobe share = light.irradianceOnMap
                                 ? SurfaceLobe{0.0f, 2.0f}
                                 : surfaceLobe(glm::dot(normal, cacheNormal), glm::dot(geometricNormal, cacheNormal));
   // One band knows no direction: a cache on a surface holds half a sphere of light, all of it above the surface.
-  return gather(light, stencil, makeLobe(light, normal, share, 1.0f + glm::dot(cacheNormal, cacheNormal)), normal,
-                1.0f / total);
+  const float single = cacheNormal == glm::vec3(0.0f) ? 1.0f : 2.0f;
+  return gather(light, stencil, makeLobe(light, normal, share, single), normal, 1.0f / total);
 }
 
 glm::vec3 irradianceInGrid(const Caches& caches, const CacheLight& light, const glm::vec3& positionWorld,

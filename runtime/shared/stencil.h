@@ -64,14 +64,14 @@ inline Stencil lightmapStencil(const Caches& caches, const glm::vec2& uv) {
   return stencil;
 }
 
-// Their common normal: unit, or zero when they have none.
-inline glm::vec3 stencilNormal(const Caches& caches, const Stencil& stencil) {
+// The mean of their normals: unit where they agree, the shorter the more they differ, zero when they have none.
+inline glm::vec3 meanNormal(const Caches& caches, const Stencil& stencil) {
   glm::vec3 sum(0.0f);
   for (std::size_t k = 0; k < static_cast<std::size_t>(stencil.count); ++k) {
     sum += stencil.weight[k] * caches.normal[stencil.cache[k]];
   }
-  const float length = glm::length(sum);
-  return length > 0.0f ? sum / length : glm::vec3(0.0f);
+  const float total = stencil.total();
+  return total > 0.0f ? sum / total : glm::vec3(0.0f);
 }
 
 // What the corners of a receiver's cell weigh before it is known which of their caches it sees: bit 0 of a corner is x.
