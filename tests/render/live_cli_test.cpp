@@ -41,6 +41,29 @@ TEST_F(RenderCommand, lightsALevelWithoutABake) {
   expectRefused(live({"--bands", "Y3Co1Cg1"}), 1, {"--bands", "--live-transport rsm"});
 }
 
+// A level that was edited since its bake: what changed is told, and what is asked for without it refused by name.
+TEST_F(RenderCommand, drawsAnEditedLevelWithItsOldBake) {
+  const std::vector<std::string> edited{"--bake",      bake_, "--edited-from", kLevel, "--live-cells", "16",
+                                        "--live-rays", "16",  "--force"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), edited.begin(), edited.end());
+    return render(more);
+  };
+  const ProgramResult drawn = with({"--move-node", "sofa=0.8,0,0.3", "--camera", "cam_living", "--json"});
+  ASSERT_EQ(drawn.status, 0) << drawn.err;
+  EXPECT_NE(drawn.out.find("\"edits\":[\"node \\\"sofa\\\" moved\"]"), std::string::npos) << drawn.out;
+  EXPECT_NE(drawn.out.find("before the edit: "), std::string::npos) << drawn.out;
+  const ProgramResult told = with({"--move-node", "sofa=0.8,0,0.3", "--lights", "lamp", "--gloss"});
+  ASSERT_EQ(told.status, 0) << told.err;
+  EXPECT_NE(told.out.find("since the bake: node \"sofa\" moved"), std::string::npos) << told.out;
+  expectRefused(with({}), 1, {"nothing was edited"});
+  expectRefused(with({"--move-node", "sofa=0.8,0,0.3", "--edit-reach", "-1"}), 1, {"--edit-reach"});
+  expectRefused(render({"--edited-from", kLevel}), 1, {"--edited-from", "--bake"});
+  expectRefused(render({"--edit-fade", "2"}), 1, {"--edit-fade", "--edited-from"});
+  expectRefused(render({"--live-cells", "16"}), 1, {"--live-cells", "--live"});
+  expectRefused(render({"--bake", bake_, "--edited-from", bake_}), 3, {"level.relume"});
+}
+
 // A wall that stands elsewhere: the pictures of live light and of path tracing have it there, and the light behind it.
 TEST_F(RenderCommand, movesANode) {
   const auto green = [&](std::vector<std::string> words) {

@@ -3,6 +3,7 @@
 #include "bake/base/memory_budget.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/stage_memory.h"
+#include "formats/limits.h"
 #include "relume/bake/load_scene.h"
 #include "relume/bake/options.h"
 #include "relume/bake/scene.h"
@@ -19,6 +20,7 @@
 #include "tools/cli/layer_files.h"
 #include "tools/cli/rsm_flags.h"
 #include "tools/cli/terminal.h"
+#include "tools/compare/find_edits.h"
 #include "tools/compare/fit_bake.h"
 #include "tools/compare/staleness.h"
 #include "tools/render/exposure.h"
@@ -38,18 +40,21 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <span>
 
 namespace relume {
 namespace {
 
 struct RenderArguments : PictureOptions {
+  std::string editedFrom;  // empty = the level is as it was baked
+  EditBlendOptions edit;
   std::string bounces = "converged", backend = "cpu", bands, exponent, gridLookup = "stencil", dynamic = "receivers";
   SceneOptions sceneOptions;
   std::uint32_t samples = 4, shadowSize = 2048;
   LiveRequest liveRequest;
   float falloff = kOcclusionFalloff;
   RsmFlags rsm;
-  bool live = false;
+  bool live = false, hasLiveOptions = false;
   std::vector<std::string> moves;
   bool allowStale = false, json = false;
   TerminalOptions terminal;
@@ -119,6 +124,12 @@ Status readOptions(const RenderArguments& arguments, RenderRequest& request) {
   if (!exponent) return exponent.error();
   request.exponent = *exponent;
   request.gloss = arguments.sceneOptions.gloss;
+  if (!arguments.editedFrom.empty() && arguments.bake.empty())
+    return usage("--edited-from needs --bake, the bake of that level");
+  if (arguments.editedFrom.empty() && (arguments.edit.reach > 0.0f || arguments.edit.fade > 0.0f))
+    return usage("--edit-reach and --edit-fade need --edited-from");
+  if (arguments.hasLiveOptions && !arguments.live && arguments.editedFrom.empty())
+    return usage("--live-cells and --live-rays need --live or --edited-from");
   if (arguments.dynamic == "solid" && arguments.bake.empty()) return usage("--dynamic solid needs --bake");
   return checkLive(arguments, request);
 }
@@ -132,12 +143,14 @@ Bands bandsOfGloss(const Bake& bake) {
 }
 
 void printReport(const RenderedFrame& frame, const std::vector<std::string>& written, const std::vector<Aov>& aovs,
-                 const PictureScale* scale, double drawMs, const RenderArguments& arguments) {
+                 const PictureScale* scale, double drawMs, std::span<const PartChange> edits,
+                 const RenderArguments& arguments) {
   if (arguments.json) {
     nlohmann::json report{
         {"images", written}, {"renderer", frame.renderer}, {"relightFrames", frame.frames}, {"totalMs", drawMs}};
     if (scale != nullptr) report["png"] = describeScale(aovs, *scale);
     if (!frame.bands.empty()) report["bands"] = frame.bands;
+    for (const PartChange& edit : edits) report["edits"].push_back(toString(edit));
     report["passMs"] = nlohmann::json::object();
     for (const PassTime& pass : frame.passTimes) report["passMs"][pass.pass] = pass.ms;
     report["bufferBytes"] = nlohmann::json::object();
@@ -146,6 +159,7 @@ void printReport(const RenderedFrame& frame, const std::vector<std::string>& wri
     return;
   }
   for (const std::string& path : written) std::printf("wrote %s\n", printable(path).c_str());
+  for (const PartChange& edit : edits) std::printf("since the bake: %s\n", printable(toString(edit)).c_str());
   if (scale != nullptr) printScale(aovs, *scale, arguments.exposure == "auto");
   if (frame.passTimes.empty()) return;
   std::printf("%d relight frames of %s on %s; the last, ms a pass:", frame.frames, frame.bands.c_str(),
@@ -207,11 +221,21 @@ int runRender(const RenderArguments& arguments) {
   if (Status ok = checkApart(files); !ok) return fail(ok.error());
   if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
   setView(*view, request);
+  std::optional<Scene> before;
+  if (!arguments.editedFrom.empty()) {
+    auto loaded = loadScene(arguments.editedFrom, context, toImportOptions(arguments.sceneOptions));
+    if (!loaded) return fail(loaded.error());
+    before.emplace(std::move(*loaded));
+    files.read("a file of the level as it was baked", before->files);
+    if (Status ok = checkApart(files); !ok) return fail(ok.error());
+  }
   std::optional<Bake> bake;
   if (!arguments.bake.empty()) {
-    auto loaded = readBakeOf(*scene, arguments.bake, arguments.scene, arguments.allowStale, context);
+    auto loaded = before ? readBakeOf(*before, arguments.bake, arguments.editedFrom, arguments.allowStale, context)
+                         : readBakeOf(*scene, arguments.bake, arguments.scene, arguments.allowStale, context);
     if (!loaded) return fail(loaded.error());
     bake.emplace(std::move(*loaded));
+    if (before) fitToScene(*scene, *bake);
     request.bake = &*bake;
     if (request.gloss && request.bands.luma == 0) request.bands = bandsOfGloss(*bake);
     if (!request.sky.isDark() && bake->hierarchy.skyDirection.empty())
@@ -220,7 +244,7 @@ int runRender(const RenderArguments& arguments) {
                                              "with --sky-patches 64");
   }
 
-  if (Status ok = moveNodes(arguments.moves, bake ? MovedParts::dynamic : MovedParts::all, *scene); !ok)
+  if (Status ok = moveNodes(arguments.moves, bake && !before ? MovedParts::dynamic : MovedParts::all, *scene); !ok)
     return fail(ok.error());
   std::optional<MovingShapes> shapes;
   if (arguments.dynamic == "solid") {
@@ -230,9 +254,22 @@ int runRender(const RenderArguments& arguments) {
     request.movingShapes = &*shapes;
     request.movingParts = movingParts(*scene);
   }
+  std::optional<FoundEdits> edits;
+  if (before) {
+    auto found = findEdits(*before, *scene);
+    if (!found) return fail(found.error());
+    edits.emplace(std::move(*found));
+    edits->level.blend = arguments.edit;
+    edits->level.live = arguments.liveRequest;
+    request.edited = &edits->level;
+  }
   auto driven = readEmissions(arguments.emissions, context);
   if (!driven) return fail(driven.error());
   if (Status ok = driveScene(*scene, *driven, request.emissive || driven->empty()); !ok) return fail(ok.error());
+  if (edits) {
+    if (Status ok = driveScene(edits->level.before, *driven, request.emissive || driven->empty()); !ok)
+      return fail(ok.error());
+  }
   request.driven = std::move(*driven);
 
   // 3. Draw and write
@@ -244,7 +281,8 @@ int runRender(const RenderArguments& arguments) {
   const PictureScale scale = scaleOf(*frame, *aovs, *stops, boundsOf(*scene));
   std::vector<std::string> written;
   if (Status ok = writeLayers(*frame, layers, scale, written); !ok) return fail(ok.error());
-  printReport(*frame, written, *aovs, layers.isPng() ? &scale : nullptr, ms, arguments);
+  printReport(*frame, written, *aovs, layers.isPng() ? &scale : nullptr, ms,
+              edits ? std::span<const PartChange>(edits->changes) : std::span<const PartChange>(), arguments);
   return 0;
 }
 
@@ -261,6 +299,23 @@ void addRenderCommand(CLI::App& app, Action& action) {
   command->add_flag("--allow-stale", a->allowStale,
                     "render with a bake of another state of the scene: parts are found by name, the others read the "
                     "grid; a warning says so");
+  command
+      ->add_option("--edited-from", a->editedFrom,
+                   "the level that --bake was made from, where SCENE is a later state of it: near parts that were "
+                   "moved, changed, added or taken away, light without a bake (--live-cells, --live-rays) says what "
+                   "that did to the bake's light, which all else keeps")
+      ->type_name("FILE");
+  command
+      ->add_option("--edit-reach", a->edit.reach,
+                   "metres from such a part within which its change counts in full, with --edited-from; 0 = three "
+                   "times half of its diagonal, two cells at least")
+      ->check(CLI::Range(0.0f, kMaxLevelCoordinate))
+      ->capture_default_str();
+  command
+      ->add_option("--edit-fade", a->edit.fade,
+                   "metres beyond that within which it fades to nothing; 0 = as many as the reach")
+      ->check(CLI::Range(0.0f, kMaxLevelCoordinate))
+      ->capture_default_str();
   addViewOptions(*command, a->view);
   addMoveOption(*command, a->moves);
   command
@@ -275,14 +330,16 @@ void addRenderCommand(CLI::App& app, Action& action) {
       "--live", a->live,
       "light without a bake: the level as voxels, and caches in its cells that gather from them; coarser "
       "than a bake, and there at once");
-  command->add_option("--live-cells", a->liveRequest.cells, "cells on the longest side of the level, with --live")
-      ->check(CLI::Range(kMinCells, kMaxCells))
-      ->needs(live)
-      ->capture_default_str();
-  command->add_option("--live-rays", a->liveRequest.rays, "rays that a cell gathers by in each frame, with --live")
-      ->check(CLI::Range(8, 4096))
-      ->needs(live)
-      ->capture_default_str();
+  CLI::Option* const cells = command
+                                 ->add_option("--live-cells", a->liveRequest.cells,
+                                              "cells on the longest side of the level, with --live or --edited-from")
+                                 ->check(CLI::Range(kMinCells, kMaxCells))
+                                 ->capture_default_str();
+  CLI::Option* const rays = command
+                                ->add_option("--live-rays", a->liveRequest.rays,
+                                             "rays that a cell gathers by in each frame, with --live or --edited-from")
+                                ->check(CLI::Range(8, 4096))
+                                ->capture_default_str();
   addRsmFlags(*command, live, a->rsm);
   command->add_option("--bounces", a->bounces, "how often light is reflected at most: 1..1000 or converged")
       ->capture_default_str();
@@ -323,7 +380,10 @@ void addRenderCommand(CLI::App& app, Action& action) {
   addPictureOptions(*command, *a);
   command->add_flag("--json", a->json, "print what was written and what each pass cost as JSON");
   addTerminalOptions(*command, a->terminal);
-  command->callback([a, &action] { action = [a] { return runRender(*a); }; });
+  command->callback([a, cells, rays, &action] {
+    a->hasLiveOptions = cells->count() + rays->count() > 0;
+    action = [a] { return runRender(*a); };
+  });
 }
 
 }  // namespace relume

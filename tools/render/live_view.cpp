@@ -197,8 +197,8 @@ Status reserveVoxels(const Scene& scene, float voxel, Context& context) {
 }  // namespace
 
 Result<VoxelVolume> voxeliseScene(const Scene& scene, std::uint32_t cells, const ParallelFor& parallelFor,
-                                  Context& context) {
-  const SceneBounds bounds = boundsOf(scene);
+                                  Context& context, const std::optional<SceneBounds>& box) {
+  const SceneBounds bounds = box ? *box : boundsOf(scene);
   VoxelOptions options;
   options.boxMin = bounds.min;
   options.boxMax = bounds.max;
@@ -217,7 +217,7 @@ Result<VoxelVolume> voxeliseScene(const Scene& scene, std::uint32_t cells, const
 }
 
 Result<VoxelView> darkVoxels(const Scene& scene, const RenderRequest& request, Context& context) {
-  auto volume = voxeliseScene(scene, request.live->cells, contextParallelFor(context), context);
+  auto volume = voxeliseScene(scene, request.live->cells, contextParallelFor(context), context, request.live->box);
   if (!volume) return volume.error();
   VoxelView view{std::move(*volume), RadianceMips(request.live->directions)};
   view.skyRadiance = request.sky.radiance;
@@ -237,8 +237,9 @@ Status lightDirectly(const RayTracer& tracer, const RenderRequest& request, Voxe
 
 }  // namespace
 
-Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request, Context& context) {
-  auto voxels = darkVoxels(tracer.scene(), request, context);
+Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request, Context& context,
+                           const Scene* scene) {
+  auto voxels = darkVoxels(scene != nullptr ? *scene : tracer.scene(), request, context);
   if (!voxels) return voxels.error();
   if (!request.live->lit) return LiveView{std::move(*voxels)};
   if (request.live->rsm) return lightByMaps(tracer, request, std::move(*voxels), context);

@@ -57,16 +57,18 @@ inline constexpr std::uint32_t kLiveSkySide = 32;  // [texel]
 // An octahedral map of a sky, a texel the mean of a few directions; empty where the sky is constant. [Size 0 or side²]
 std::vector<glm::vec3> liveSkyMap(const Sky& sky);
 
-// A level's volume with so many cells on its longest side. Errors of VoxelScene and VoxelVolume.
+// A volume with so many cells on its longest side, of the level or of a box. Errors of VoxelScene and VoxelVolume.
 Result<VoxelVolume> voxeliseScene(const Scene& scene, std::uint32_t cells, const ParallelFor& parallelFor,
-                                  Context& context);
+                                  Context& context, const std::optional<SceneBounds>& box = {});
 
 // The voxels of a request, without light. [request.live holds]
 Result<VoxelView> darkVoxels(const Scene& scene, const RenderRequest& request, Context& context);
 
 // Light it until bounces and rays have converged, or for as many bounces as are asked for (by maps: 12 where they are
-// not counted); `tracer` casts the shadows of the punctual lights. [request.live holds]
-Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request, Context& context);
+// not counted). `tracer` casts the shadows of the punctual lights; scene: what light goes through, null = the tracer's.
+// [request.live holds]
+Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request, Context& context,
+                           const Scene* scene = nullptr);
 
 // A level's voxels lit by its relit bake. [request.live and request.bake hold]
 Result<VoxelView> lightByBake(const RayTracer& tracer, const RenderRequest& request, const Relighter& relighter,

@@ -9,6 +9,7 @@
 #include "bake/reference/path_tracer.h"
 #include "relume/glossy.h"
 #include "runtime/cones/cone_light.h"
+#include "tools/render/edited_light.h"
 #include "tools/render/live_view.h"
 #include "tools/render/relight_by_rays.h"
 #include "tools/render/seen_surface.h"
@@ -31,12 +32,13 @@ class CpuRenderer {
  public:
   // One of `relit` and `live` has the light, or neither; `voxels` are of either. Both may be null.
   CpuRenderer(const RayTracer& tracer, const RenderRequest& request, const Relit& relit, const LiveView* live,
-              const VoxelView* voxels, RenderedFrame& frame)
+              const VoxelView* voxels, const EditedLight* edited, RenderedFrame& frame)
       : tracer_(tracer),
         request_(request),
         relit_(relit),
         live_(live),
         voxels_(voxels),
+        edited_(edited),
         frame_(frame),
         rays_(request.camera, request.width, request.height) {
     if (request.drawsCones()) cones_.emplace(voxels->volume, voxels->mips, voxels->sky());
@@ -93,18 +95,29 @@ class CpuRenderer {
     const glm::vec3 reflected = weight * kInvPi * albedo;
     frame_.albedo[pixel] += weight * albedo;
     frame_.direct[pixel] += reflected * directIrradiance(tracer_, request_.lights, seen.positionWorld, seen.normal);
-    if (relit_.all)
-      frame_.indirect[pixel] +=
-          reflected * linkIrradiance(scene, *request_.bake, *relit_.all, seen, request_.gridLookup);
+    if (relit_.all) addLinks(pixel, reflected, seen);
     if (live_) addLive(pixel, reflected, seen);
     if (cones_) addCones(pixel, weight, ray, seen);
     if (request_.exponent && relit_.all && !cones_) {
       frame_.glossy[pixel] += weight * linkGlossy(scene, *request_.bake, *relit_.all, seen, ray, *request_.exponent);
     }
-    if (relit_.straight)
-      frame_.straight[pixel] +=
-          reflected * linkIrradiance(scene, *request_.bake, *relit_.straight, seen, request_.gridLookup);
     frame_.emission[pixel] += weight * emissionOf(hit, seen);
+  }
+
+  // The bake's light, corrected where the level has been edited since.
+  void addLinks(std::size_t pixel, const glm::vec3& reflected, const SeenSurface& seen) const {
+    const LiveIrradiance light = links(seen, request_.gridLookup);
+    frame_.indirect[pixel] += reflected * light.all;
+    if (relit_.straight) frame_.straight[pixel] += reflected * light.straight;
+  }
+
+  LiveIrradiance links(const SeenSurface& seen, GridLookup lookup) const {
+    const auto of = [&](const Relighter& relighter) {
+      return linkIrradiance(tracer_.scene(), *request_.bake, relighter, seen, lookup);
+    };
+    LiveIrradiance light{of(*relit_.all)};
+    if (relit_.straight) light.straight = of(*relit_.straight);
+    return edited_ ? edited_->at(light, seen.point.instance, seen.positionWorld, seen.normal) : light;
   }
 
   // Light of the caches in the volume's cells.
@@ -174,7 +187,7 @@ class CpuRenderer {
     const Scene& scene = tracer_.scene();
     const SeenSurface seen = seenAt(scene, ray, hit);
     glm::vec3 irradiance = directIrradiance(tracer_, request_.lights, seen.positionWorld, seen.normal);
-    if (relit_.all) irradiance += linkIrradiance(scene, *request_.bake, *relit_.all, seen);
+    if (relit_.all) irradiance += links(seen, GridLookup::stencil).all;
     if (live_) irradiance += live_->irradiance(seen.positionWorld, seen.normal).all;
     return kInvPi * albedoAt(scene, seen.point) * irradiance + emissionOf(hit, seen);
   }
@@ -216,6 +229,7 @@ class CpuRenderer {
   const Relit& relit_;
   const LiveView* live_;
   const VoxelView* voxels_;
+  const EditedLight* edited_;
   RenderedFrame& frame_;
   CameraRays rays_;
   std::optional<ConeTracer> cones_{};
@@ -230,16 +244,24 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
   if (!relit) return relit.error();
   std::optional<LiveView> live;
   std::optional<VoxelView> byBake;
-  if (request.live && relit->all) {
+  if (request.live && relit->all && (request.drawsCones() || request.voxels || !request.edited)) {
     auto lit = lightByBake(tracer, request, *relit->all, context);
     if (context.cancelled()) return cancelledError();
     if (!lit) return lit.error();
     byBake.emplace(std::move(*lit));
-  } else if (request.live) {
+  } else if (request.live && !relit->all) {
     auto lit = lightLive(tracer, request, context);
     if (context.cancelled()) return cancelledError();
     if (!lit) return lit.error();
     live.emplace(std::move(*lit));
+  }
+
+  std::optional<EditedLight> edited;
+  if (request.edited != nullptr && relit->all) {
+    auto lit = lightEdited(tracer, request, context);
+    if (context.cancelled()) return cancelledError();
+    if (!lit) return lit.error();
+    edited.emplace(std::move(*lit));
   }
 
   VoxelView* const voxels = live ? &live->voxels : byBake ? &*byBake : nullptr;
@@ -251,7 +273,8 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
   RenderedFrame frame;
   frame.renderer = "cpu";
   frame.resize(request);
-  const CpuRenderer renderer(tracer, request, *relit, live ? &*live : nullptr, voxels, frame);
+  const CpuRenderer renderer(tracer, request, *relit, live ? &*live : nullptr, voxels, edited ? &*edited : nullptr,
+                             frame);
   parallelChunks(context, "draw", request.height, 1, [&](std::size_t begin, std::size_t end) {
     std::vector<Ray> rays;
     std::vector<Hit> hits;
@@ -273,6 +296,10 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
   if (byBake) {
     for (const PassTime& pass : byBake->passTimes()) frame.passTimes.push_back(pass);
     for (const auto& buffer : byBake->bufferSizes()) frame.bufferBytes.push_back(buffer);
+  }
+  if (edited) {
+    for (const PassTime& pass : edited->passTimes()) frame.passTimes.push_back(pass);
+    for (const auto& buffer : edited->bufferSizes()) frame.bufferBytes.push_back(buffer);
   }
   return frame;
 }

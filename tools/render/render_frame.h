@@ -14,6 +14,7 @@
 #include "runtime/live/rsm_light.h"
 #include "runtime/shared/bands.h"
 #include "tools/render/drive_scene.h"
+#include "tools/render/scene_bounds.h"
 
 #include <cstdint>
 #include <optional>
@@ -64,12 +65,16 @@ struct LiveRequest {
   std::uint32_t rays = 64;                                              // [8..4096] of a cell in each frame
   RadianceMips::Directions directions = RadianceMips::Directions::six;  // of what cones read
   std::optional<RsmRequest> rsm{};                                      // in place of rays through lit voxels
+  std::optional<SceneBounds> box{};                                     // that is voxelised; empty = the scene's
   bool lit = true;  // false: what is wanted does not depend on light, so the voxels stay dark
 };
 
+struct EditedLevel;
+
 struct RenderRequest {
-  const Bake* bake = nullptr;       // null: no light over links
-  std::optional<LiveRequest> live;  // in place of a bake; beside one, voxels that it lights: gloss by cones
+  const Bake* bake = nullptr;           // null: no light over links
+  std::optional<LiveRequest> live;      // in place of a bake; beside one, voxels that it lights: gloss by cones
+  const EditedLevel* edited = nullptr;  // what was edited since the bake: live light says what has changed there
   Camera camera;
   std::vector<SceneLight> lights;      // the punctual lights that are on
   bool emissive = false;               // emitting surfaces are on

@@ -12,5 +12,7 @@ struct SceneBounds {
 };
 
 SceneBounds boundsOf(const Scene& scene);
+// Of one of its instances.
+SceneBounds boundsOf(const Scene& scene, const Instance& instance);
 
 }  // namespace relume

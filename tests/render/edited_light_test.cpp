@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+// A baked level that was edited: its old bake's light, corrected by live light near what changed, against path tracing
+// of the level as it is.
+#include "bake/reference/path_tracer.h"
+#include "relume/bake/bake.h"
+#include "tests/rays/make_scene.h"
+#include "tests/render/pictures.h"
+#include "tools/compare/find_edits.h"
+#include "tools/compare/staleness.h"
+
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+
+#include <cstddef>
+#include <vector>
+
+namespace relume {
+namespace {
+
+using test::addInstance;
+using test::addMaterial;
+using test::box;
+using test::finish;
+
+constexpr std::uint32_t kWall = 1;
+
+// Two rooms with a wall between them, a lamp in the left one.
+Scene twoRooms() {
+  Scene scene;
+  const std::uint32_t grey = addMaterial(scene, glm::vec3(0.6f)), red = addMaterial(scene, {0.7f, 0.2f, 0.1f});
+  addInstance(scene, box({-4, 0, -2}, {4, 4, 2}, true, grey));
+  addInstance(scene, box({-0.3f, 0, -2}, {0.3f, 4, 2}, false, red));
+  addInstance(scene, box({2.2f, 0, -0.4f}, {2.9f, 0.8f, 0.4f}, false, grey));
+  for (std::size_t i = 0; i < scene.meshes.size(); ++i) scene.meshes[i].name = "box" + std::to_string(i);
+  for (const float x : {-3.6f, 3.6f}) {
+    scene.cameras.push_back(test::lookAt({x, 2.0f, 1.7f}, {0.3f * x, 1.2f, -1.5f}));
+    scene.cameras.back().name = x < 0 ? "left" : "right";
+  }
+  SceneLight lamp;
+  lamp.positionWorld = {-2.0f, 3.0f, 0.3f};
+  lamp.intensity = glm::vec3(20.0f);
+  scene.lights = {lamp};
+  finish(scene);
+  return scene;
+}
+
+// The level that was baked, the one that it has become, and the old bake read by that.
+struct Edited {
+  Scene before = twoRooms(), now;
+  Bake bake;
+  FoundEdits edits;
+  RenderRequest request;
+
+  explicit Edited(Scene edited) : now(std::move(edited)), bake(test::bakeDraft(before)) {
+    auto found = findEdits(before, now);
+    EXPECT_TRUE(found) << found.error().message;
+    edits = std::move(*found);
+    fitToScene(now, bake);
+    request.bake = &bake;
+    request.edited = &edits.level;
+    request.live.emplace();
+    request.live->cells = 24;
+    request.lights = now.lights;
+    request.width = 64;
+    request.height = 40;
+    request.samples = 2;
+    request.centres = true;
+  }
+  RenderedFrame draw(const std::string& camera, bool blends = true) {
+    RenderRequest asked = request;
+    asked.camera = test::camera(now, camera);
+    if (!blends) {
+      asked.edited = nullptr;
+      asked.live.reset();
+    }
+    auto frame = test::drawCpu(now, asked, 2);
+    EXPECT_TRUE(frame) << frame.error().message;
+    return std::move(*frame);
+  }
+  // Squared difference from path tracing of the level as it is.
+  double error(const RenderedFrame& frame, const std::string& camera) {
+    if (traced_.empty()) {
+      Context context;
+      auto tracer = RayTracer::create(now, "", context, RayStructure::quick, RayGeometry::drawn);
+      EXPECT_TRUE(tracer);
+      ReferenceOptions options;
+      options.width = request.width;
+      options.height = request.height;
+      options.samplesPerPixel = 256;
+      auto image = renderReference(*tracer, test::camera(now, camera), now.lights, options, context);
+      EXPECT_TRUE(image);
+      traced_ = image->indirect;
+    }
+    const std::vector<glm::vec3> drawn = composeAov(frame, Aov::indirect);
+    const auto a = test::blocks(drawn, request.width), b = test::blocks(traced_, request.width);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += static_cast<double>(glm::dot(a[i] - b[i], a[i] - b[i]));
+    return sum;
+  }
+
+ private:
+  std::vector<glm::vec3> traced_;
+};
+
+Scene withoutWall() {
+  Scene scene = twoRooms();
+  scene.instances.erase(scene.instances.begin() + kWall);
+  finish(scene);
+  return scene;
+}
+
+Scene withMovedWall() {
+  Scene scene = twoRooms();
+  scene.instances[kWall].toWorld[3].x = 1.2f;
+  finish(scene);
+  return scene;
+}
+
+// The dark room behind a wall that is no longer there.
+TEST(EditedLight, errsLessWhereAWallWasTakenAway) {
+  Edited level(withoutWall());
+  ASSERT_EQ(level.edits.level.bounds.size(), 1u);
+  const double stale = level.error(level.draw("right", false), "right"),
+               blended = level.error(level.draw("right"), "right");
+  EXPECT_LT(blended, 0.2 * stale) << stale;
+}
+
+TEST(EditedLight, errsLessWhereAWallWasMoved) {
+  Edited level(withMovedWall());
+  ASSERT_EQ(level.edits.level.bounds.size(), 2u) << "where it was and where it is";
+  EXPECT_EQ(level.edits.level.isChanged, (std::vector<std::uint8_t>{0, 1, 0}));
+  const double stale = level.error(level.draw("left", false), "left"),
+               blended = level.error(level.draw("left"), "left");
+  EXPECT_LT(blended, 0.35 * stale) << stale;
+}
+
+TEST(EditedLight, isTheBakesToTheBitFarFromTheEdit) {
+  Edited level(withMovedWall());
+  level.edits.level.blend.reach = 0.5f;
+  level.edits.level.blend.fade = 0.5f;
+  const auto blend = EditBlend::create(level.edits.level.bounds, level.edits.level.blend);
+  ASSERT_TRUE(blend);
+  const RenderedFrame stale = level.draw("left", false), blended = level.draw("left");
+  std::size_t far = 0, changed = 0;
+  for (std::size_t i = 0; i < stale.indirect.size(); ++i) {
+    // No sub-pixel of it is nearer than a pixel's width.
+    bool isFar = true;
+    for (const glm::vec3& off : {glm::vec3(0.3f, 0, 0), glm::vec3(-0.3f, 0, 0)})
+      isFar = isFar && blend->share(stale.position[i] + off).change == 0.0f;
+    if (isFar) {
+      ASSERT_EQ(stale.indirect[i], blended.indirect[i]) << i;
+      ++far;
+    }
+    changed += stale.indirect[i] != blended.indirect[i] ? 1 : 0;
+  }
+  EXPECT_GT(far, stale.indirect.size() / 10);
+  EXPECT_GT(changed, stale.indirect.size() / 10);
+}
+
+TEST(EditedLight, isTheSameOnAnyNumberOfThreads) {
+  Edited level(withMovedWall());
+  RenderRequest asked = level.request;
+  asked.camera = test::camera(level.now, "left");
+  const auto one = test::drawCpu(level.now, asked, 1), three = test::drawCpu(level.now, asked, 3);
+  ASSERT_TRUE(one && three);
+  EXPECT_EQ(one->indirect, three->indirect);
+}
+
+// What moves is no edit, what is coloured anew is one, and a level that is as it was has none.
+TEST(FindEdits, tellsEditsFromWhatMoves) {
+  Scene before = twoRooms();
+  before.instances[2].mode = BakeMode::dynamic;
+  Scene now = before;
+  now.instances[2].toWorld[3].x = -1.0f;
+  const auto none = findEdits(before, now);
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().code, ErrorCode::usage);
+  EXPECT_NE(none.error().message.find("nothing was edited"), std::string::npos) << none.error().message;
+
+  now.materials[1].albedo = glm::vec3(0.1f);
+  const auto painted = findEdits(before, now);
+  ASSERT_TRUE(painted);
+  EXPECT_EQ(painted->level.isChanged, (std::vector<std::uint8_t>{0, 1, 0}));
+  EXPECT_EQ(painted->level.before.instances[2].toWorld[3].x, -1.0f) << "voxels of both have it where it is";
+
+  addInstance(now, box({3, 0, 1}, {3.5f, 1, 1.5f}, false, 0));
+  finish(now);
+  const auto added = findEdits(before, now);
+  ASSERT_TRUE(added);
+  EXPECT_EQ(added->level.isChanged, (std::vector<std::uint8_t>{0, 1, 0, 1}));
+  EXPECT_EQ(added->level.bounds.back().max, glm::vec3(3.5f, 1, 1.5f));
+}
+
+}  // namespace
+}  // namespace relume
