@@ -24,6 +24,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 RELUME = pathlib.Path(os.environ.get("RELUME", ROOT / "build/release/tools/cli/relume"))
 SHARED = pathlib.Path(os.environ.get("RELUME_SHARED_DIR", ""))
 SIZE = 320, 180
+# Boxes that are added to two_rooms before it is baked: corners [m], albedo.
+BOXES = {"two_rooms_door": ("door", (5.05, 0.0, 1.2), (5.15, 2.1, 2.2), (0.6, 0.45, 0.3)),
+         "two_rooms_partition": ("partition", (3.0, 0.0, 0.0), (3.12, 2.7, 2.4), (0.7, 0.7, 0.65))}
 # name, level, edit of its nodes (None: taken away; else moved by so many metres), view, lights, stops of the picture
 VIEWS = (
     ("door", "two_rooms_door", {"door": None}, ("--camera", "cam_hall"), "lamp", 4.0),

@@ -7,6 +7,9 @@
 #include "tests/render/pictures.h"
 #include "tools/compare/find_edits.h"
 #include "tools/compare/staleness.h"
+#ifdef RELUME_RENDER_GL
+#include "tools/render/render_gl.h"
+#endif
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -165,6 +168,21 @@ TEST(EditedLight, isTheSameOnAnyNumberOfThreads) {
   ASSERT_TRUE(one && three);
   EXPECT_EQ(one->indirect, three->indirect);
 }
+
+#ifdef RELUME_RENDER_GL
+TEST(EditedLight, openGlDrawsWhatTheCpuDraws) {
+  Edited level(withMovedWall());
+  RenderRequest asked = level.request;
+  asked.camera = test::camera(level.now, "left");
+  Context context;
+  const auto gl = renderGl(level.now, asked, context);
+  if (!gl && gl.error().code == ErrorCode::unsupported) GTEST_SKIP() << gl.error().message;
+  ASSERT_TRUE(gl) << gl.error().message;
+  const RenderedFrame cpu = level.draw("left"), stale = level.draw("left", false);
+  EXPECT_LT(test::relativeRms(cpu.indirect, gl->indirect), 0.015);
+  EXPECT_GT(test::relativeRms(cpu.indirect, stale.indirect), 0.2) << "the test's edit changes next to nothing";
+}
+#endif
 
 // What moves is no edit, what is coloured anew is one, and a level that is as it was has none.
 TEST(FindEdits, tellsEditsFromWhatMoves) {

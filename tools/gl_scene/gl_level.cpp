@@ -37,7 +37,8 @@ enum Uniform : GLint {
   kEmission = 3,
   kCutoff = 4,
   kDoubleSided = 5,
-  kGloss = 6
+  kGloss = 6,
+  kIsEdited = 7
 };
 
 glm::vec2 textureUv(const Mesh& mesh, const TextureRef& texture, std::uint32_t vertex) {
@@ -227,7 +228,8 @@ std::vector<glm::mat4> placedInstances(const Scene& scene, std::span<const Movin
   return toWorld;
 }
 
-Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap, Movable movable) {
+Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap, Movable movable,
+                                std::span<const std::uint8_t> isEdited) {
   GlLevel level;
   level.materials_ = scene.materials;
   level.materials_.emplace_back();
@@ -237,14 +239,15 @@ Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap, Mo
     const std::uint32_t m = scene.meshes[scene.instances[i].mesh].material;
     return m == kNone ? static_cast<std::uint32_t>(scene.materials.size()) : m;
   };
+  const auto editedOf = [&](std::uint32_t i) { return i < isEdited.size() && isEdited[i] != 0; };
   const std::vector<std::uint32_t> moving = movingOf(scene, movingNodes(scene, movable));
   std::vector<std::uint32_t> order;
   for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
     if (scene.instances[i].mode != BakeMode::ignore) order.push_back(i);
   }
   std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return std::tuple(scene.instances[a].mode, moving[a], materialOf(a)) <
-           std::tuple(scene.instances[b].mode, moving[b], materialOf(b));
+    return std::tuple(scene.instances[a].mode, editedOf(a), moving[a], materialOf(a)) <
+           std::tuple(scene.instances[b].mode, editedOf(b), moving[b], materialOf(b));
   });
 
   // Un-indexed triangles: corners of different charts share no vertex anyway.
@@ -255,13 +258,14 @@ Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap, Mo
   level.boundsMin_ = glm::vec3(std::numeric_limits<float>::max());
   level.boundsMax_ = -level.boundsMin_;
   for (const std::uint32_t i : order) {
-    const bool dynamic = moving[i] != kNone;
     const std::uint32_t material = materialOf(i);
+    const bool isBaked = scene.instances[i].baked();
     if (level.batches_.empty() || level.batches_.back().material != material ||
-        level.batches_.back().moving != moving[i])
-      level.batches_.push_back({static_cast<GLint>(vertices.size()), 0, material, moving[i]});
+        level.batches_.back().moving != moving[i] || level.batches_.back().isBaked != isBaked ||
+        level.batches_.back().isEdited != editedOf(i))
+      level.batches_.push_back({static_cast<GLint>(vertices.size()), 0, material, moving[i], isBaked, editedOf(i)});
     const std::size_t first = vertices.size();
-    appendInstance(scene, i, dynamic ? nullptr : lightmap, vertices);
+    appendInstance(scene, i, isBaked ? lightmap : nullptr, vertices);
     if (numbers) appendGloss(scene, scene.instances[i], glossVertices);
     level.batches_.back().vertexCount += static_cast<GLsizei>(vertices.size() - first);
     for (std::size_t v = first; v < vertices.size(); ++v) {
@@ -318,6 +322,7 @@ void GlLevel::drawBatches(const glm::mat4& clipFromWorld, std::span<const glm::m
     if ((batch.moving != kNone) != dynamic || batch.vertexCount == 0) continue;
     const glm::mat4& at = batch.moving < moved.size() ? moved[batch.moving] : still;
     glUniformMatrix4fv(kMoved, 1, GL_FALSE, glm::value_ptr(at));
+    glUniform1i(kIsEdited, batch.isEdited || (batch.isBaked && at != still) ? 1 : 0);
     bindMaterial(materials_[batch.material], gloss);
     glDrawArrays(GL_TRIANGLES, batch.firstVertex, batch.vertexCount);
   }
@@ -397,6 +402,7 @@ layout(location = 2) uniform vec4 levelAlbedoFactor;
 layout(location = 3) uniform vec3 levelEmissionFactor;
 layout(location = 4) uniform float levelAlphaCutoff;
 layout(location = 5) uniform bool levelDoubleSided;
+layout(location = 7) uniform bool levelIsEdited;
 layout(location = 6) uniform vec4 levelGlossFactor;  // metalness, roughness, scale of the normal map, whether there is one
 layout(binding = 6) uniform sampler2D levelGlossTexture;
 layout(binding = 7) uniform sampler2D levelNormalTexture;

@@ -38,14 +38,17 @@ std::vector<glm::mat4> placedInstances(const Scene& scene, std::span<const Movin
 class GlLevel {
  public:
   // Uploads the level. `lightmap` may be null: everything is lit by the grid. movable: what drawDynamic() draws.
-  // failed: out of GPU memory.
-  static Result<GlLevel> create(const Scene& scene, const Lightmap* lightmap, Movable movable = Movable::dynamic);
+  // isEdited: instances that are not what the bake has there, for shaders that ask levelIsEdited. [Size instances, or
+  // 0 = none] failed: out of GPU memory.
+  static Result<GlLevel> create(const Scene& scene, const Lightmap* lightmap, Movable movable = Movable::dynamic,
+                                std::span<const std::uint8_t> isEdited = {});
 
   // Draw what stands with the program in use, `clipFromWorld` being its camera. Binds a vertex array, and
   // textures and samplers on kMaterialUnits. `gloss`: levelNormal() bends normals by normal maps.
   void draw(const glm::mat4& clipFromWorld, bool gloss = false) const;
-  // Draw what moves, lit by the grid. moved[k] is applied after the own transforms of movingNodes()[k].
-  // [Size moved: theirs, or 0 = they are where the level has them]
+  // Draw what moves, lit by the grid; what the bake knows is on the light map where it has not been moved. moved[k] is
+  // applied after the own transforms of movingNodes()[k]. [Size moved: theirs, or 0 = they are where the level has
+  // them]
   void drawDynamic(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved, bool gloss = false) const;
 
   // Let a material of the scene emit another radiance [W/m²/sr] from now on: times its emissive texture, or evenly.
@@ -64,7 +67,8 @@ class GlLevel {
     GLint firstVertex = 0;
     GLsizei vertexCount = 0;
     std::uint32_t material = kNone;
-    std::uint32_t moving = kNone;  // index into movingNodes(); kNone = fixed
+    std::uint32_t moving = kNone;           // index into movingNodes(); kNone = fixed
+    bool isBaked = true, isEdited = false;  // a part that the bake knows; but has another one there
   };
   void drawBatches(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved, bool dynamic, bool gloss) const;
   void bindMaterial(const Material& material, bool gloss) const;
@@ -91,6 +95,7 @@ std::string levelVertexGlsl();
 //   vec2 levelMetalRough()   [0..1] metalness, roughness
 //   bool levelOnLightmap(out vec2 uv)   whether this side of the triangle is on the light map, and where
 //   levelPosition            [m] in the world
+//   levelIsEdited            whether what is drawn is a part of the bake's level that has been changed or moved
 std::string levelMaterialGlsl();
 
 }  // namespace relume

@@ -3,6 +3,7 @@
 #include "tools/gl_scene/level_shader.h"
 
 #include "runtime/live_gl/live_caches_gl.h"
+#include "tools/gl_scene/edit_fields.h"
 #include "tools/gl_scene/gl_level.h"
 #include "tools/gl_scene/gl_program.h"
 #include "tools/gl_scene/shadow_maps.h"
@@ -113,6 +114,23 @@ vec3 levelGlossy(vec3 p, vec3 n, vec3 r, float exponent) {
 }
 )";
 
+// The bake's, corrected where the level was edited. What is drawn may be no surface of the bake's: levelIsEdited.
+const char* kEditedLinks = R"(
+uniform bool levelHasEdits;
+vec3 levelLinks(vec3 p, vec3 n) {
+  vec2 uv;
+  vec3 baked = levelOnLightmap(uv) ? relumeIrradianceLightmap(uv, n, levelPlane(p, n)) : levelGrid(p, n);
+  if (!levelHasEdits) return baked;
+  vec2 share = levelIsEdited ? vec2(1.0) : relumeEditShare(p);
+  if (!(share.x > 0.0)) return baked;
+  return relumeBlendEdited(baked, relumeBeforeIrradiance(p, n), relumeAfterIrradiance(p, n), share);
+}
+vec3 levelGlossy(vec3 p, vec3 n, vec3 r, float exponent) {
+  vec2 uv;
+  return levelOnLightmap(uv) ? relumeGlossyLightmap(uv, r, exponent) : relumeGlossyGrid(p, n, r, exponent);
+}
+)";
+
 const char* kNoLinks =
     "vec3 levelLinks(vec3 p, vec3 n) { return vec3(0.0); }\n"
     "vec3 levelGlossy(vec3 p, vec3 n, vec3 r, float exponent) { return vec3(0.0); }\n";
@@ -141,6 +159,12 @@ Result<GlProgram> linkLevel(const std::string& resolve, const std::string& links
 Result<GlProgram> makeLevelProgram(const Relighter* relighter, const std::string& mainGlsl, GridLookup lookup) {
   if (!relighter) return linkLevel("", kNoLinks, mainGlsl);
   return linkLevel(relighter->gl()->glsl(), gridDefine(lookup) + kLinks, mainGlsl);
+}
+
+Result<GlProgram> makeEditedProgram(const Relighter& relighter, const std::string& mainGlsl, GridLookup lookup) {
+  const Result<std::string> edits = EditFields::glsl();
+  if (!edits) return edits.error();
+  return linkLevel(relighter.gl()->glsl() + *edits, gridDefine(lookup) + kEditedLinks, mainGlsl);
 }
 
 std::string levelConstant(const char* name, bool value) {

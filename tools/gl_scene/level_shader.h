@@ -27,6 +27,10 @@ namespace relume {
 Result<GlProgram> makeLevelProgram(const Relighter* relighter, const std::string& mainGlsl,
                                    GridLookup lookup = GridLookup::stencil);
 
+// The same for a level that was edited since: levelLinks() reads what EditFields has bound as well.
+Result<GlProgram> makeEditedProgram(const Relighter& relighter, const std::string& mainGlsl,
+                                    GridLookup lookup = GridLookup::stencil);
+
 // A constant for `mainGlsl`: what it says is not so is not computed. Software rasterisers run both sides of every
 // branch.
 std::string levelConstant(const char* name, bool value);

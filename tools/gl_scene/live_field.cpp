@@ -3,6 +3,7 @@
 #include "tools/gl_scene/live_field.h"
 
 #include "runtime/live/cell_texels.h"
+#include "runtime/live_gl/live_caches_gl.h"
 #include "shaders/shared/layout.h"
 
 #include <glm/gtc/type_ptr.hpp>
@@ -48,13 +49,29 @@ LiveTexels texelsOf(const LiveCaches& light) {
   return texels;
 }
 
-Result<LiveField> LiveField::create() {
+Result<std::string> LiveNames::glsl() const {
+  const Result<std::string> one = LiveCachesGl::glsl();
+  if (!one) return one;
+  std::string text = *one;
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+      text.replace(at, from.size(), to);
+  };
+  replace("kRelumeLive", std::string("k_") + prefix);
+  replace("relumeLive", prefix);
+  const std::array<const char*, 3> slots{"CELLS", "PLANES", "LIGHT"};
+  for (std::size_t k = 0; k < slots.size(); ++k)
+    replace(std::string("binding = RELUME_LIVE_UNIT_") + slots[k], "binding = " + std::to_string(units[k]));
+  return text;
+}
+
+Result<LiveField> LiveField::create(const LiveNames& names) {
   GLint most = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
   if (most < 4096)
     return Error{ErrorCode::failed,
                  "OpenGL's textures have " + std::to_string(most) + " texels at most, 4096 expected"};
-  LiveField field;
+  LiveField field(names);
   field.cells_ = texture(GL_TEXTURE_3D);
   field.planes_ = texture(GL_TEXTURE_2D);
   field.light_ = texture(GL_TEXTURE_2D);
@@ -95,17 +112,20 @@ Status LiveField::upload(const LiveTexels& texels) {
 void LiveField::setUniforms(GLuint program) const {
   const glm::vec3& origin = grid_.originWorld;
   const glm::uvec3 size(grid_.cells);
-  glProgramUniform3f(program, glGetUniformLocation(program, "relumeLiveOrigin"), origin.x, origin.y, origin.z);
-  glProgramUniform1f(program, glGetUniformLocation(program, "relumeLiveVoxel"), isLit_ ? grid_.voxel : 0.0f);
-  glProgramUniform3ui(program, glGetUniformLocation(program, "relumeLiveSize"), size.x, size.y, size.z);
+  const auto location = [&](const char* name) {
+    return glGetUniformLocation(program, (std::string(names_.prefix) + name).c_str());
+  };
+  glProgramUniform3f(program, location("Origin"), origin.x, origin.y, origin.z);
+  glProgramUniform1f(program, location("Voxel"), isLit_ ? grid_.voxel : 0.0f);
+  glProgramUniform3ui(program, location("Size"), size.x, size.y, size.z);
 }
 
 void LiveField::bind() const {
-  glActiveTexture(GL_TEXTURE0 + kUnits[0]);
+  glActiveTexture(GL_TEXTURE0 + names_.units[0]);
   glBindTexture(GL_TEXTURE_3D, cells_.name());
-  glActiveTexture(GL_TEXTURE0 + kUnits[1]);
+  glActiveTexture(GL_TEXTURE0 + names_.units[1]);
   glBindTexture(GL_TEXTURE_2D, planes_.name());
-  glActiveTexture(GL_TEXTURE0 + kUnits[2]);
+  glActiveTexture(GL_TEXTURE0 + names_.units[2]);
   glBindTexture(GL_TEXTURE_2D, light_.name());
   glActiveTexture(GL_TEXTURE0);
 }

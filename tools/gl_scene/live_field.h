@@ -25,22 +25,30 @@ struct LiveTexels {
 };
 LiveTexels texelsOf(const LiveCaches& light);
 
+// The names and texture units of a light in GLSL, where a shader reads several.
+struct LiveNames {
+  const char* prefix = "relumeLive";        // of all names
+  std::array<GLuint, 3> units{12, 13, 14};  // those of the runtime's resolve, which it replaces
+  // LiveCachesGl::glsl() by these.
+  Result<std::string> glsl() const;
+};
+
 class LiveField {
  public:
   // failed: the driver's textures are too small.
-  static Result<LiveField> create();
+  static Result<LiveField> create(const LiveNames& names = {});
   // Until the first call there is no light. failed: OpenGL has no memory for it; what there was is gone.
   Status upload(const LiveTexels& texels);
-  // Tell a program that contains LiveCachesGl::glsl() where the grid is.
+  // Tell a program that contains the names' GLSL where the grid is.
   void setUniforms(GLuint program) const;
-  // Bind the textures to kUnits.
+  // Bind the textures to the names' units.
   void bind() const;
-
-  static constexpr std::array<GLuint, 3> kUnits{12, 13, 14};  // those of the runtime's resolve, which it replaces
+  bool isLit() const { return isLit_; }
 
  private:
-  LiveField() = default;
+  explicit LiveField(const LiveNames& names) : names_(names) {}
 
+  LiveNames names_;
   GlTexture cells_, planes_, light_;
   VolumeGrid grid_;
   bool isLit_ = false;

@@ -3,10 +3,14 @@
 // is bound by memory and not by the largest framebuffer.
 #include "tools/gl_scene/egl_context.h"
 
+#include "bake/rays/ray_tracer.h"
+#include "relume/bake/options.h"
 #include "tools/gl_scene/draw_targets.h"
+#include "tools/gl_scene/edit_fields.h"
 #include "tools/gl_scene/gl_level.h"
 #include "tools/gl_scene/level_shader.h"
 #include "tools/gl_scene/shadow_maps.h"
+#include "tools/render/edited_light.h"
 #include "tools/render/live_gl.h"
 #include "tools/render/render_gl.h"
 
@@ -144,10 +148,12 @@ glm::mat4 tileClip(const RenderRequest& request, const GlLevel& level, const Til
 struct LinkLight {
   const Relighter* baked = nullptr;
   const LiveCachesGl* live = nullptr;
+  const EditFields* edits = nullptr;  // of the bake's level
 
   explicit operator bool() const { return baked != nullptr || live != nullptr; }
   void bind(GLuint program) const {
     if (baked != nullptr) baked->gl()->bind();
+    if (edits != nullptr) edits->bind(program);
     if (live == nullptr) return;
     live->setUniforms(program);
     live->bind();
@@ -318,6 +324,39 @@ class GlRenderer {
   std::vector<glm::vec4> pixels_;
 };
 
+// Light near what was edited since the bake, found by rays on the CPU.
+struct Edits {
+  EditedLight light;
+  EditFields all;
+  std::optional<EditFields> straight;
+};
+
+Result<EditFields> fieldsOf(const EditedLight& light, const std::optional<LiveCaches> LiveView::*part) {
+  auto fields = EditFields::create();
+  if (!fields) return fields.error();
+  fields->place(light.blend);
+  if (Status ok = fields->uploadBefore(texelsOf(*(light.before.*part))); !ok) return ok.error();
+  if (Status ok = fields->uploadAfter(texelsOf(*(light.after.*part))); !ok) return ok.error();
+  return fields;
+}
+
+Result<Edits> lightEdits(const Scene& scene, const RenderRequest& request, Context& context) {
+  const auto tracer =
+      RayTracer::create(scene, BakeOptions{}.embreeIsa, context, RayStructure::thorough, RayGeometry::drawn);
+  if (!tracer) return tracer.error();
+  auto light = lightEdited(*tracer, request, context);
+  if (!light) return light.error();
+  if (context.cancelled()) return cancelledError();
+  auto all = fieldsOf(*light, &LiveView::all);
+  if (!all) return all.error();
+  Edits edits{std::move(*light), std::move(*all), {}};
+  if (!request.straight) return edits;
+  auto straight = fieldsOf(edits.light, &LiveView::straight);
+  if (!straight) return straight.error();
+  edits.straight.emplace(std::move(*straight));
+  return edits;
+}
+
 std::vector<Tile> tilesOf(const RenderRequest& request, std::uint32_t samples) {
   const std::uint32_t side = std::max(kTile / samples, 1u);
   std::vector<Tile> tiles;
@@ -335,7 +374,10 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   if (!egl) return egl.error();
 
   // Level and shadow maps
-  auto level = GlLevel::create(scene, request.bake ? &request.bake->caches.lightmap : nullptr);
+  const std::span<const std::uint8_t> isEdited =
+      request.edited != nullptr ? request.edited->isChanged : std::span<const std::uint8_t>();
+  auto level =
+      GlLevel::create(scene, request.bake ? &request.bake->caches.lightmap : nullptr, Movable::dynamic, isEdited);
   if (!level) return level.error();
   auto shadows = ShadowMaps::create(request.shadowSize);
   if (!shadows) return shadows.error();
@@ -363,20 +405,27 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
 
   // Light by voxels
   std::optional<LiveGl> live;
-  if (request.live) {
+  if (request.live && (request.drawsCones() || request.voxels || !request.edited)) {
     auto lit = lightLiveGl(scene, request, *shadows, lights, context);
     if (context.cancelled()) return cancelledError();
     if (!lit) return lit.error();
     live.emplace(std::move(*lit));
   }
 
+  std::optional<Edits> edits;
+  if (request.edited != nullptr && relit->all) {
+    auto lit = lightEdits(scene, request, context);
+    if (!lit) return lit.error();
+    edits.emplace(std::move(*lit));
+  }
+
   // Draw, tile by tile
   const auto makeProgram = [&](bool lobes) -> Result<GlProgram> {
     const std::string fragment = levelConstant("renderLobes", lobes) + levelConstant("renderGloss", request.gloss) +
                                  levelConstant("renderCones", live && live->cones) + kMain;
-    auto program = live && live->all
-                       ? makeLiveProgram(fragment)
-                       : makeLevelProgram(relit->all ? &*relit->all : nullptr, fragment, request.gridLookup);
+    auto program = live && live->all ? makeLiveProgram(fragment)
+                   : edits           ? makeEditedProgram(*relit->all, fragment, request.gridLookup)
+                           : makeLevelProgram(relit->all ? &*relit->all : nullptr, fragment, request.gridLookup);
     if (!program) return program;
     shadows->setUniforms(program->name());
     setLevelLights(program->name(), lights);
@@ -398,8 +447,10 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   frame.resize(request);
   GlRenderer renderer(request, *level, irradiance->name(), lobes ? (*lobes)->name() : 0, targets,
                       live ? &*live : nullptr, frame);
-  const LinkLight all{relit->all ? &*relit->all : nullptr, live && live->all ? &*live->all : nullptr},
-      straight{relit->straight ? &*relit->straight : nullptr, live && live->straight ? &*live->straight : nullptr};
+  const LinkLight all{relit->all ? &*relit->all : nullptr, live && live->all ? &*live->all : nullptr,
+                      edits ? &edits->all : nullptr},
+      straight{relit->straight ? &*relit->straight : nullptr, live && live->straight ? &*live->straight : nullptr,
+               edits && edits->straight ? &*edits->straight : nullptr};
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     if (Status ok = renderer.shade(tiles[i], all, straight); !ok) return ok.error();
     if (!context.progress("draw", static_cast<double>(i + 1) / static_cast<double>(tiles.size())))
@@ -427,6 +478,10 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
     }
     for (const PassTime& pass : live->passTimes()) frame.passTimes.push_back(pass);
     for (const auto& buffer : live->bufferSizes()) frame.bufferBytes.push_back(buffer);
+  }
+  if (edits) {
+    for (const PassTime& pass : edits->light.passTimes()) frame.passTimes.push_back(pass);
+    for (const auto& buffer : edits->light.bufferSizes()) frame.bufferBytes.push_back(buffer);
   }
   return frame;
 }
