@@ -39,7 +39,8 @@ bool areSame(const std::vector<Light>& a, const std::vector<Light>& b) {
 
 bool isSame(const LiveScene& a, const LiveScene& b) {
   return areSame(a.lights, b.lights) && a.emission == b.emission && isSame(a.sky, b.sky) &&
-         a.bounceScale == b.bounceScale && a.bounces == b.bounces && a.toWorld == b.toWorld;
+         a.bounceScale == b.bounceScale && a.bounces == b.bounces && a.toWorld == b.toWorld &&
+         a.editsCastShadowsAlone == b.editsCastShadowsAlone;
 }
 
 Result<LiveLevel> LiveLevel::create(const Scene& scene, const LiveLevelOptions& options, Context& context) {
@@ -83,12 +84,12 @@ Status LiveLevel::trace(Scene& scene, bool lifts) {
 }
 
 // Parts where they are now, for voxels and for rays.
-Status LiveLevel::place(const std::vector<glm::mat4>& toWorld) {
+Status LiveLevel::place(const std::vector<glm::mat4>& toWorld, bool editsCastShadowsAlone) {
   const std::vector<Instance>& now = moved_ ? moved_->instances : scene_->instances;
   isMoved_.resize(now.size());
   std::vector<PartEdit> edits;
   std::vector<glm::mat4x3> moving;
-  bool moves = false;
+  bool moves = false, casts = false;
   for (std::uint32_t i = 0; i < now.size(); ++i) {
     const glm::mat4& to = toWorld.empty() ? scene_->instances[i].toWorld : toWorld[i];
     if (Status ok = checkTransform(glm::mat4x3(to), i); !ok) return ok;
@@ -97,10 +98,11 @@ Status LiveLevel::place(const std::vector<glm::mat4>& toWorld) {
       moving.emplace_back(to);
       moves = moves || !isSame;
     } else if (!isSame) {
-      edits.push_back({i, glm::mat4x3(to), true});
+      casts = true;
+      if (!editsCastShadowsAlone) edits.push_back({i, glm::mat4x3(to), true});
     }
   }
-  if (edits.empty() && !moves) return done();
+  if (!casts && !moves) return done();
 
   // Rays first: what is refused leaves both as they were.
   if (!moved_) moved_ = shadowScene(*scene_);
@@ -169,7 +171,7 @@ Status LiveLevel::update(const LiveScene& next, double seconds) {
   const bool isPlaced = last_ && last_->toWorld == next.toWorld;
   const bool isLit = isPlaced && areSame(last_->lights, next.lights);
   if (!isPlaced) {
-    if (Status ok = place(next.toWorld); !ok) return ok;
+    if (Status ok = place(next.toWorld, next.editsCastShadowsAlone); !ok) return ok;
   }
   const bool isStill = last_ && isSame(*last_, next);
   if (hasLight() && !isLit) {

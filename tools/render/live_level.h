@@ -42,6 +42,9 @@ struct LiveScene {
   float bounceScale = 1.0f;          // [0..1] share of light that each bounce keeps
   int bounces = 0;                   // light is reflected so often, found anew in each frame; 0 = a bounce more in each
   std::vector<glm::mat4> toWorld{};  // [Size instances, or 0 = where the level has them]
+  // Static parts that stand elsewhere cast shadows from there, and light goes on as if they had not been moved: what a
+  // bake does until it is made again.
+  bool editsCastShadowsAlone = false;
 };
 
 bool areSame(const std::vector<Light>& a, const std::vector<Light>& b);
@@ -93,7 +96,7 @@ class LiveLevel {
   LiveLevel(const Scene& scene, std::unique_ptr<WorkerThreads> threads, VoxelVolume volume, LiveCaches light)
       : scene_(&scene), threads_(std::move(threads)), volume_(std::move(volume)), light_(std::move(light)) {}
   bool hasLight() const { return backend_ == BackendKind::cpu; }
-  Status place(const std::vector<glm::mat4>& toWorld);
+  Status place(const std::vector<glm::mat4>& toWorld, bool editsCastShadowsAlone);
   Status trace(Scene& scene, bool lifts);
   Status lightDirectly(const std::vector<Light>& lights);
 

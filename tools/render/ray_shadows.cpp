@@ -62,7 +62,7 @@ Result<RayShadows> RayShadows::create(const Scene& scene) {
   auto context = std::make_unique<Context>();
   auto standing = RayTracer::create(scene, "", *context, RayStructure::thorough, RayGeometry::fixed);
   if (!standing) return standing.error();
-  RayShadows shadows(std::move(*standing), std::move(context));
+  RayShadows shadows(scene, std::move(*standing), std::move(context));
   if (std::none_of(scene.instances.begin(), scene.instances.end(),
                    [](const Instance& each) { return each.mode == BakeMode::dynamic; }))
     return shadows;
@@ -76,11 +76,35 @@ Result<RayShadows> RayShadows::create(const Scene& scene) {
   return shadows;
 }
 
+// Static instances that are no longer where the level has them are traced with what moves, for good.
+Status RayShadows::lift(std::span<const glm::mat4> toWorld) {
+  std::vector<std::size_t> lifted;
+  for (std::size_t i = 0; i < toWorld.size(); ++i) {
+    const bool stands = level_->instances[i].baked() && (!scene_ || scene_->instances[i].mode == BakeMode::ignore);
+    if (stands && toWorld[i] != level_->instances[i].toWorld) lifted.push_back(i);
+  }
+  if (lifted.empty()) return done();
+  auto others = shadowScene(*level_), moving = shadowScene(*level_);
+  for (std::size_t i = 0; i < others->instances.size(); ++i) {
+    const bool moves = scene_ && scene_->instances[i].mode != BakeMode::ignore;
+    const bool isLifted = moves || std::find(lifted.begin(), lifted.end(), i) != lifted.end();
+    (isLifted ? others : moving)->instances[i].mode = BakeMode::ignore;
+  }
+  auto standing = RayTracer::create(*others, "", *context_, RayStructure::quick, RayGeometry::fixed);
+  if (!standing) return standing.error();
+  standing_ = std::make_unique<RayTracer>(std::move(*standing));
+  others_ = std::move(others);
+  moving_.reset();
+  scene_ = std::move(moving);
+  return done();
+}
+
 Status RayShadows::place(std::span<const glm::mat4> toWorld) {
+  if (Status ok = lift(toWorld); !ok) return ok;
   if (!scene_) return done();
   const std::vector<Instance> before = scene_->instances;
   for (std::size_t i = 0; i < scene_->instances.size(); ++i) {
-    if (scene_->instances[i].mode == BakeMode::dynamic) relume::place(scene_->instances[i], toWorld[i]);
+    if (scene_->instances[i].mode != BakeMode::ignore) relume::place(scene_->instances[i], toWorld[i]);
   }
   auto moving = RayTracer::create(*scene_, "", *context_, RayStructure::quick, RayGeometry::drawn);
   if (!moving) {

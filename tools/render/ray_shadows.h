@@ -30,17 +30,22 @@ class RayShadows {
  public:
   // Dynamic instances stand where the level has them. Errors of RayTracer. The scene must outlive it.
   static Result<RayShadows> create(const Scene& scene);
-  // Dynamic instances stand there from now on, and all others where they stood. Costs as many triangles as they have.
-  // Errors of RayTracer: nothing has moved. [Size toWorld: the scene's instances]
+  // Instances stand there from now on. Costs as many triangles as those have that are dynamic or have ever been moved,
+  // and the level's where a further static one is. Errors of RayTracer: nothing has moved. [Size toWorld: the scene's
+  // instances]
   Status place(std::span<const glm::mat4> toWorld);
   // Until the next place().
   Visibility visibility(std::span<const Light> lights) const;
 
  private:
-  RayShadows(RayTracer standing, std::unique_ptr<Context> context)
-      : standing_(std::make_unique<RayTracer>(std::move(standing))), context_(std::move(context)) {}
-  std::unique_ptr<RayTracer> standing_;  // what is baked
-  std::unique_ptr<Scene> scene_;         // of dynamic instances alone; null: the level has none
+  RayShadows(const Scene& level, RayTracer standing, std::unique_ptr<Context> context)
+      : level_(&level), standing_(std::make_unique<RayTracer>(std::move(standing))), context_(std::move(context)) {}
+  Status lift(std::span<const glm::mat4> toWorld);
+
+  const Scene* level_;
+  std::unique_ptr<Scene> others_;        // what stands, once something that stood has been moved
+  std::unique_ptr<RayTracer> standing_;  // what is baked and has not been moved
+  std::unique_ptr<Scene> scene_;         // of all others; null: there are none
   std::unique_ptr<RayTracer> moving_;    // those
   std::unique_ptr<Context> context_;
 };

@@ -33,18 +33,18 @@ std::vector<std::uint16_t> mapTexels(const Lightmap& map, std::span<const float>
 
 }  // namespace
 
-CpuLight::CpuLight(const Scene& scene, const Bake& bake, RayShadows shadows, std::unique_ptr<WorkerThreads> threads,
-                   Relighter relighter)
+CpuLight::CpuLight(const Scene& scene, const Bake& bake, Movable movable, RayShadows shadows,
+                   std::unique_ptr<WorkerThreads> threads, Relighter relighter)
     : scene_(&scene),
       bake_(&bake),
-      nodes_(movingNodes(scene)),
+      nodes_(movingNodes(scene, movable)),
       moved_(nodes_.size(), glm::mat4(1.0f)),
       shadows_(std::move(shadows)),
       threads_(std::move(threads)),
       relighter_(std::move(relighter)) {}
 
 Result<CpuLight> CpuLight::create(const Scene& scene, const Bake& bake, const Relighter& like,
-                                  const Relighter* previous, RelightOptions options) {
+                                  const Relighter* previous, RelightOptions options, Movable movable) {
   auto shadows = RayShadows::create(scene);
   if (!shadows) return shadows.error();
   auto threads = std::make_unique<WorkerThreads>(std::max(1u, std::thread::hardware_concurrency()));
@@ -58,7 +58,7 @@ Result<CpuLight> CpuLight::create(const Scene& scene, const Bake& bake, const Re
     const Status inherited = relighter->inherit(*previous, bake);
     if (!inherited && inherited.error().code != ErrorCode::unsupported) return inherited.error();
   }
-  return CpuLight(scene, bake, std::move(*shadows), std::move(threads), std::move(*relighter));
+  return CpuLight(scene, bake, movable, std::move(*shadows), std::move(threads), std::move(*relighter));
 }
 
 // What moves, for rays.

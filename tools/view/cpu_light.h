@@ -27,10 +27,10 @@ class CpuLight {
   // null = none; `options`: its images, and how many parts move. Errors of Relighter and RayTracer. Scene and bake must
   // outlive it.
   static Result<CpuLight> create(const Scene& scene, const Bake& bake, const Relighter& like, const Relighter* previous,
-                                 RelightOptions options);
+                                 RelightOptions options, Movable movable = Movable::dynamic);
 
   // Relighter::relight(), the visibility of the setup being its own. moved[k] comes after the own transforms of
-  // movingNodes()[k]. Errors of RayTracer as well. [Size moved: movingNodes()]
+  // movingNodes()[k], of those that create() was told. Errors of RayTracer as well. [Size moved: movingNodes()]
   Status relight(LightSetup setup, std::span<const glm::mat4> moved);
   // Put its light into what `inputs` names, of the relighter that it was made like: what is drawn by; and that of the
   // nodes, for voxels.
@@ -40,8 +40,8 @@ class CpuLight {
   const Relighter& relighter() const { return relighter_; }
 
  private:
-  CpuLight(const Scene& scene, const Bake& bake, RayShadows shadows, std::unique_ptr<WorkerThreads> threads,
-           Relighter relighter);
+  CpuLight(const Scene& scene, const Bake& bake, Movable movable, RayShadows shadows,
+           std::unique_ptr<WorkerThreads> threads, Relighter relighter);
   Status place(std::span<const glm::mat4> moved);
 
   const Scene* scene_;

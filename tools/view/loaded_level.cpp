@@ -30,6 +30,7 @@ Result<LevelPtr> loadBake(Scene scene, const LevelFiles& files, Context& context
   level->hasGloss = files.sceneOptions.gloss;
   if (!files.bake.empty()) level->bakeStamp = stampOf(files.bake);
   level->isBaked = files.hasBake();
+  level->isEditable = files.isEditable;
   if (level->isBaked) {
     auto baked = files.bakeBy ? bake(level->scene, *files.bakeBy, context)
                               : readBakeOf(level->scene, files.bake, files.scene, files.allowStale, context);

@@ -31,8 +31,10 @@ struct LoadedLevel {
   std::string bakeFile;  // that is watched; empty: none
   FileStamp bakeStamp;   // of the file, from before it was read
 
-  // What can be moved: all of a level that no bake knows.
-  Movable movable() const { return isBaked ? Movable::dynamic : Movable::all; }
+  bool isEditable = false;  // --edit: static objects of a baked level can be moved
+
+  // What can be moved.
+  Movable movable() const { return isBaked && !isEditable ? Movable::dynamic : Movable::all; }
 };
 using LevelPtr = std::shared_ptr<const LoadedLevel>;
 
@@ -51,6 +53,7 @@ struct LevelFiles {
   bool allowStale = false;               // take a bake of another state of the scene
   std::vector<DrivenMaterial> driven{};  // what its materials emit instead, once the bake is known to be of the level
   std::optional<BakeOptions> bakeBy{};   // bake it here, in memory, in place of what is in `bake`
+  bool isEditable = false;               // LoadedLevel::isEditable
   bool hasBake() const { return bakeBy || !bake.empty(); }
 };
 

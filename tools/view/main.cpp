@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
     return status ? 0 : fail(status.error());
   }
   LevelFiles files{options->scene, options->bake, options->sceneOptions, options->allowStale, options->driven};
+  files.isEditable = options->edit;
   if (options->bake.empty() && options->draft) files.bakeBy = presetOptions(Preset::draft);
   auto level = loadBake(std::move(*scene), files, context);
   if (!level) return fail(level.error());

@@ -47,6 +47,9 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
       "--draft", o.draft,
       "without --bake: bake the scene at preset draft, in memory alone; so do --bands, --records, --overlay and "
       "--view texels or grid, which show a bake");
+  app.add_flag("--edit", o.edit,
+               "with a bake: let its static objects be moved as well; round about them light without a bake says what "
+               "that does, until the level is baked again");
   app.add_option("--live-cells", o.live.cells,
                  "cells on a level's longest side: of its light without a bake, of the voxels of --cones")
       ->check(CLI::Range(kMinCells, kMaxCells))

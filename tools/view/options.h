@@ -32,6 +32,7 @@ struct ViewerOptions {
   bool draft = false;                    // without a bake: make one at preset draft
   LiveLevelOptions live;                 // else
   bool choosesLiveBackend = true;        // live.backend is to be the faster one of where the window draws
+  bool edit = false;                     // static objects of a baked level can be moved
   bool allowStale = false;               // show a bake that is not of this scene
   std::uint32_t width = 1280, height = 720;
   std::uint32_t shadowSize = 2048;

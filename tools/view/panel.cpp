@@ -127,12 +127,12 @@ void emitterControls(ViewState& state, bool canDrive) {
   }
 }
 
-// Of a level without a bake, which may have thousands, the one that is picked.
+// Of a level whose objects all move, which may have thousands, the one that is picked.
 void objectControls(const Session& session, ViewState& state) {
-  const bool isLive = session.viewer->live() != nullptr;
-  if (isLive && !session.objects.selected()) ImGui::TextDisabled("left mouse: pick an object");
+  const bool isPicked = session.level->movable() == Movable::all;
+  if (isPicked && !session.objects.selected()) ImGui::TextDisabled("left mouse: pick an object");
   for (std::size_t i = 0; i < state.objects.size(); ++i) {
-    if (isLive && session.objects.selected() != i) continue;
+    if (isPicked && session.objects.selected() != i) continue;
     ViewedObject& object = state.objects[i];
     ImGui::PushID(static_cast<int>(i));
     ImGui::DragFloat3(object.name.c_str(), glm::value_ptr(object.position), 0.02f, -1e6f, 1e6f, "%.2f");
@@ -141,6 +141,9 @@ void objectControls(const Session& session, ViewState& state) {
   if (ImGui::Button("put back")) {
     for (ViewedObject& object : state.objects) object.position = object.home;
   }
+  if (const std::size_t edited = session.viewer->editedObjects(state); edited > 0)
+    ImGui::TextWrapped("%zu moved since the bake, which is stale there: light near %s is live", edited,
+                       edited == 1 ? "it" : "them");
 }
 
 // Any of the overlays, by one row.

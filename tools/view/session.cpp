@@ -92,8 +92,13 @@ Status Session::show(LevelPtr next) {
 
 LevelFiles Session::filesOf(const std::string& scene, const std::string& bake) const {
   // --emission names materials of the level of the command line.
-  return {scene, bake, options_.sceneOptions, options_.allowStale,
-          scene == options_.scene ? options_.driven : std::vector<DrivenMaterial>()};
+  return {scene,
+          bake,
+          options_.sceneOptions,
+          options_.allowStale,
+          scene == options_.scene ? options_.driven : std::vector<DrivenMaterial>(),
+          {},
+          options_.edit};
 }
 
 void Session::bakeDraft() {
@@ -293,7 +298,7 @@ void Session::press(const glm::vec2& pixel) {
   if (state.handles && objects.press(state.objects, pixels_, pixel)) return;
   const bool isLight = state.handles && editor.press(state.lights, pixels_, pixel);
   if (isLight) objects.select({});
-  const bool picks = state.shows(Overlay::links) || (state.handles && viewer && viewer->live());
+  const bool picks = state.shows(Overlay::links) || (state.handles && level && level->movable() == Movable::all);
   if (!isLight && picks) pick_ = pixel;
 }
 
@@ -327,7 +332,7 @@ bool Session::isMoving() const {
   if (!viewer) return false;
   const LiveShading* const live = viewer->live();
   if (live && state.relight && !live->last().isSettled) return true;
-  if (viewer->awaitsVoxels(state)) return true;
+  if (viewer->awaitsVoxels(state) || (state.relight && viewer->awaitsEdits())) return true;
   if (state.records && viewer->records() && !viewer->records()->isComplete()) return true;
   return std::any_of(state.lights.begin(), state.lights.end(), [](const ViewedLight& l) { return l.on && l.orbits; });
 }
@@ -352,10 +357,8 @@ void Session::takePictures(std::uint32_t width, std::uint32_t height) {
 
 // The point of the links, or the object that is there.
 void Session::pick(const glm::vec3& pointWorld) {
-  if (!viewer->live()) {
-    state.picked = pointWorld;
-    return;
-  }
+  if (state.shows(Overlay::links)) state.picked = pointWorld;
+  if (level->movable() != Movable::all) return;
   const std::vector<MovingNode> nodes = movingNodes(level->scene, level->movable());
   objects.select(objectAt(level->scene, nodes, state.objects, pointWorld));
 }

@@ -111,8 +111,9 @@ ShadingKind shadingKind(const ViewState& state, bool hasRecords, bool hasCones) 
 Result<GLuint> Shading::program(const ShadingKind& kind, const Relighter* relighter) {
   const auto there = programs_.find(kind);
   if (there != programs_.end()) return there->second.name();
-  auto made =
-      relighter ? makeLevelProgram(relighter, fragmentOf(kind, true)) : makeLiveProgram(fragmentOf(kind, false));
+  auto made = relighter && kind.edited ? makeEditedProgram(*relighter, fragmentOf(kind, true))
+              : relighter              ? makeLevelProgram(relighter, fragmentOf(kind, true))
+                                       : makeLiveProgram(fragmentOf(kind, false));
   if (!made) return made.error();
   return programs_.emplace(kind, std::move(*made)).first->second.name();
 }

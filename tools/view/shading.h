@@ -20,6 +20,7 @@ struct ShadingKind {
   bool mirrors = false;  // they do by ViewState::reflectance and roughness
   bool records = false;  // light over links may come from records
   bool cones = false;    // cones have found what is mirrored, or how open surroundings are
+  bool edited = false;   // live light corrects the bake's where it was edited: Viewer says
   auto operator<=>(const ShadingKind&) const = default;
 };
 // hasCones: there are voxels for cones. Where there are none, all light is shown in place of occlusion.

@@ -104,7 +104,7 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
   state.camera = *camera;
   if (Status ok = switchLights(scene, options.lights, state); !ok) return ok.error();
   if (Status ok = addFileLights(options.lightsFile, state); !ok) return ok.error();
-  state.objects = objectsOf(scene, options.isLive() ? Movable::all : Movable::dynamic);
+  state.objects = objectsOf(scene, options.isLive() || options.edit ? Movable::all : Movable::dynamic);
   if (!options.skyMap.empty()) {
     auto map = readSkyMap(options.skyMap);
     if (!map) return map.error();

@@ -82,6 +82,11 @@ Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSiz
     auto parts = LevelParts::create(loaded.scene);
     if (!parts) return parts.error();
     viewer.parts_ = std::move(*parts);
+    const std::vector<MovingNode> nodes = movingNodes(loaded.scene, loaded.movable());
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+      if (!loaded.scene.instances[nodes[k].firstInstance].baked()) viewer.dynamic_.push_back(k);
+    }
+    if (loaded.movable() == Movable::all) viewer.edits_.emplace(loaded);
     const bool inherits = previous && !previous->live();
     if (Status ok = viewer.build(state.relightBy, inherits ? &previous->relighter() : nullptr); !ok) return ok.error();
     auto overlays = Overlays::create(bake);
@@ -123,7 +128,7 @@ Status Viewer::build(const RelightChoice& choice, const Relighter* previous) {
     RelightOptions cpuOptions;
     cpuOptions.drivenImages = options_.drivenImages;
     cpuOptions.movingParts = parts_.count();
-    auto made = CpuLight::create(loaded_->scene, *bake_, *relighter, previous, cpuOptions);
+    auto made = CpuLight::create(loaded_->scene, *bake_, *relighter, previous, cpuOptions, loaded_->movable());
     if (!made) return made.error();
     cpu.emplace(std::move(*made));
   }
@@ -145,7 +150,9 @@ Status Viewer::relight(const ViewState& state, const std::vector<Light>& lights,
   shadows_.bind();
   LightSetup setup;
   if (state.movingParts) {
-    parts_.place(moved);
+    std::vector<glm::mat4> dynamic;
+    for (const std::size_t k : dynamic_) dynamic.push_back(moved[k]);
+    parts_.place(dynamic);
     parts_.addTo(setup);
   }
   setup.lights = lights;
@@ -238,6 +245,10 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
     lit = live_->update(state, lights, shadows_, shadowed - begin > kSlowMs, wantsCones);
   } else if (state.relight) {
     lit = relight(state, lights, moved);
+  }
+  if (edits_) {
+    const Status blended = edits_->update(state, lights);
+    if (lit) lit = blended;
   }
   setEmissions(state);
 
@@ -346,7 +357,8 @@ void Viewer::drawDepths(const std::vector<glm::mat4>& moved, const glm::mat4& cl
 
 Status Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
                          const glm::mat4& clip, bool encode, bool hasCones) {
-  const ShadingKind kind = shadingKind(state, records_ != nullptr, hasCones);
+  ShadingKind kind = shadingKind(state, records_ != nullptr, hasCones);
+  kind.edited = edits_ && edits_->isLit();
   const Result<GLuint> program = shading_.program(kind, live_ ? nullptr : &*gl_);
   if (!program) return program.error();
   if (state.mode != ViewMode::irradiance) shownKind_ = kind;
@@ -362,6 +374,7 @@ Status Viewer::drawLevel(const ViewState& state, const std::vector<Light>& light
   } else {
     gl_->gl()->bind();
   }
+  if (kind.edited) edits_->bind(*program);
   shadows_.bind();
   if (kind.cones) cones_->bind();
   if (kind.records) ViewRecords::bind(records_.get());
@@ -405,6 +418,9 @@ std::vector<std::pair<std::string, std::size_t>> Viewer::memory() const {
     std::size_t drawn = 0;
     for (const auto& [name, bytes] : gl_->bufferSizes()) drawn += bytes;
     held.emplace_back("OpenGL's", drawn);
+  }
+  if (edits_) {
+    for (auto& buffer : edits_->bufferSizes()) held.push_back(buffer);
   }
   if (records_) held.emplace_back("records", records_->sizeBytes());
   return held;

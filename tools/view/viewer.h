@@ -14,6 +14,7 @@
 #include "tools/view/backdrop.h"
 #include "tools/view/bake_on_gpu.h"
 #include "tools/view/cpu_light.h"
+#include "tools/view/edit_shading.h"
 #include "tools/view/level_parts.h"
 #include "tools/view/live_shading.h"
 #include "tools/view/loaded_level.h"
@@ -79,6 +80,9 @@ class Viewer {
   bool awaitsVoxels(const ViewState& state) const {
     return shadingKind(state, false, true).cones && (live_ ? live_->awaitsVoxels() : voxels_ && voxels_->isComing());
   }
+  // Static objects of a baked level that stand elsewhere than in the bake; and whether light near them is still coming.
+  std::size_t editedObjects(const ViewState& state) const { return edits_ ? edits_->edited(state) : 0; }
+  bool awaitsEdits() const { return edits_ && !edits_->isSettled(); }
   // Whether what moves can shadow and reflect its light over links.
   bool hasMovingParts() const { return parts_.count() > 0; }
   // The bands it lights with, as "Y4Co2Cg2".
@@ -108,6 +112,8 @@ class Viewer {
   std::optional<CpuLight> cpu_;      // that fills it, where the CPU was chosen
   LevelParts parts_;                 // of a level with a bake
   RelightChoice choice_;
+  std::vector<std::size_t> dynamic_;  // of the objects, those that no bake knows
+  std::optional<EditShading> edits_;  // of a level with a bake whose static objects move
   std::optional<std::pair<std::vector<Light>, std::vector<glm::mat4>>> shadowed_;  // what the shadow maps are of
   GlProgram depthProgram_;
   Shading shading_;        // of gl_, or of live light

@@ -297,9 +297,9 @@ Status runWindow(Scene scene, LevelPtr level, const ViewerOptions& options) {
     if (Status ok = session.show(std::move(level)); !ok) return ok;
     std::printf("bands %s\n", session.viewer->bands().c_str());
   } else {
-    session.begin(
-        {options.scene, "", options.sceneOptions, options.allowStale, options.driven, presetOptions(Preset::draft)},
-        std::move(scene));
+    session.begin({options.scene, "", options.sceneOptions, options.allowStale, options.driven,
+                   presetOptions(Preset::draft), options.edit},
+                  std::move(scene));
   }
   firstLight.step("upload");
   loop(window, session, firstLight);

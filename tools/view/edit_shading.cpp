@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+// See edit_shading.h.
+#include "tools/view/edit_shading.h"
+
+#include "tools/render/scene_bounds.h"
+
+#include <algorithm>
+
+namespace relume {
+
+EditShading::EditShading(const LoadedLevel& level)
+    : level_(&level), nodes_(movingNodes(level.scene, level.movable())) {}
+
+bool EditShading::isEdited(const ViewState& state, std::size_t object) const {
+  return state.objects[object].position != state.objects[object].home &&
+         level_->scene.instances[nodes_[object].firstInstance].baked();
+}
+
+std::size_t EditShading::edited(const ViewState& state) const {
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < std::min(nodes_.size(), state.objects.size()); ++k) count += isEdited(state, k) ? 1 : 0;
+  return count;
+}
+
+// Where the edits count: about where objects were and where they are.
+Status EditShading::place(const ViewState& state) {
+  std::vector<EditBounds> bounds;
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    if (!isEdited(state, k)) continue;
+    const glm::vec3 by = state.objects[k].position - state.objects[k].home;
+    for (std::uint32_t i = 0; i < nodes_[k].instanceCount; ++i) {
+      const SceneBounds box = boundsOf(level_->scene, level_->scene.instances[nodes_[k].firstInstance + i]);
+      if (box.empty) continue;
+      bounds.push_back({box.min, box.max});
+      bounds.push_back({box.min + by, box.max + by});
+    }
+  }
+  EditBlendOptions options;
+  options.voxel = voxel_;
+  auto blend = EditBlend::create(bounds, options);
+  if (!blend) return blend.error();
+  fields_->place(std::move(*blend));
+  return done();
+}
+
+Status EditShading::take(Result<LitFrame> found, bool isAfter) {
+  if (!found) return found.error();
+  settled_[isAfter ? 1 : 0] = found->isSettled;
+  bytes_[isAfter ? 1 : 0] = std::move(found->bytes);
+  voxel_ = found->texels.grid.voxel;
+  return isAfter ? fields_->uploadAfter(found->texels) : fields_->uploadBefore(found->texels);
+}
+
+Status EditShading::update(const ViewState& state, const std::vector<Light>& lights) {
+  if (state.objects.size() != nodes_.size() || edited(state) == 0) {
+    before_.reset();
+    after_.reset();
+    fields_.reset();
+    return done();
+  }
+  if (!state.relight && isLit()) return done();
+  LiveLevelOptions options = state.live;
+  options.backend = BackendKind::cpu;
+  if (!before_ || !(options_ == options)) {
+    auto fields = EditFields::create();
+    if (!fields) return fields.error();
+    fields_.emplace(std::move(*fields));
+    before_ = std::make_unique<LiveJob>(level_->scene, options);
+    after_ = std::make_unique<LiveJob>(level_->scene, options);
+    options_ = options;
+  }
+  LiveScene scene{lights, state.emission, state.sky, state.bounceScale, state.bounces};
+  scene.toWorld = placedInstances(level_->scene, nodes_, movesOf(state));
+  for (const bool isAfter : {false, true}) {
+    LiveJob& job = isAfter ? *after_ : *before_;
+    scene.editsCastShadowsAlone = !isAfter;
+    std::optional<Result<LitFrame>> found;
+    if (state.liveStep > 0.0) {
+      job.followOnce(scene, state.liveStep, false);
+      found.emplace(job.wait());
+    } else {
+      job.follow(scene, false);
+      found = job.take();
+    }
+    if (!found) continue;
+    if (Status ok = take(std::move(*found), isAfter); !ok) return ok;
+  }
+  return voxel_ > 0.0f ? place(state) : done();
+}
+
+std::vector<std::pair<std::string, std::size_t>> EditShading::bufferSizes() const {
+  std::vector<std::pair<std::string, std::size_t>> sizes;
+  for (const int i : {0, 1}) {
+    for (const auto& [name, bytes] : bytes_[i])
+      sizes.emplace_back((i == 0 ? "before the edit: " : "edited: ") + name, bytes);
+  }
+  return sizes;
+}
+
+}  // namespace relume
