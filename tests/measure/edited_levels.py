@@ -6,7 +6,7 @@
 
 Each level is baked at preset high, parts of it are moved or taken away, and the edited level is drawn by `relume render
 --edited-from` and held against `relume reference` of it. Prints the squared error of indirect light where the edit
-counts: the pixels that differ from the old bake's. Writes FOLDER/edited.jpg: old
+counts: the pixels that differ from the old bake's. Writes FOLDER/edits.jpg: old
 bake | blended | baked again | reference. Runs build/release/tools/cli/relume, or the program that RELUME names; levels but
 two_rooms are RELUME_SHARED_DIR's.
 """
@@ -158,7 +158,7 @@ def main():
             rows.append([pictures.to_srgb(drawn[kind]["indirect"], stops) for kind in ("old", "blended", "again")] +
                         [pictures.to_srgb(truth, stops)])
     if rows:
-        pictures.montage(folder / "edited.jpg", rows)
+        pictures.montage(folder / "edits.jpg", rows)
 
 
 main()

@@ -36,7 +36,7 @@ void addMoveOption(CLI::App& command, std::vector<std::string>& moves) {
   command
       .add_option("--move-node", moves,
                   "move a node by X,Y,Z metres, with all it draws; several times for several nodes. With a bake only "
-                  "dynamic nodes move")
+                  "dynamic nodes move, unless --edited-from is given")
       ->type_name("NODE=X,Y,Z")
       ->allow_extra_args(false);
 }
@@ -53,8 +53,9 @@ Status moveNodes(const std::vector<std::string>& moves, MovedParts parts, Scene&
       if (instance.node != node) continue;
       isKnown = true;
       if (parts == MovedParts::dynamic && instance.baked())
-        return moveNodeError("\"" + node +
-                             "\" is part of the bake; leave out --bake, or make it dynamic and bake again");
+        return moveNodeError(
+            "\"" + node +
+            "\" is part of the bake; give --edited-from, leave out --bake, or make it dynamic and bake again");
       instance.toWorld[3] += glm::vec4(*offset, 0.0f);
     }
     if (!isKnown) return moveNodeError("no node \"" + node + "\" that draws something; there are: " + namesOf(scene));
