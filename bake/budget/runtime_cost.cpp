@@ -15,7 +15,7 @@ constexpr double kSurfelBytes = 16.3, kTreeBytes = 10.3, kSkyBytes = 12.0;
 constexpr double kCacheBytes = 12.0, kCoefficientBytes = 2.0;
 // The index of the light map, and what bounces of a texel are looked up in.
 constexpr double kTexelBytes = 4.0 + 9.0;
-constexpr double kRowBytes = 4.0, kStepBytes = 2.0, kNodesOfStep = 65536.0;
+constexpr double kRowBytes = 2.1, kStepBytes = 1.0, kNodesOfStep = 65536.0;
 
 // Times.
 // A surfel reads its bounce from one colour of the light map, or from coefficients.

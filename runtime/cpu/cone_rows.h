@@ -94,7 +94,7 @@ __attribute__((noinline)) void sumCoefficients(const float* w, int stride, const
 // One row of links with a cone: all coefficients of its cache.
 template <class Links, int kBands>
 void lightConeRow(const LightCachesJob& job, std::uint32_t cache, float* coefficients) {
-  const std::uint32_t begin = job.rowBegin[cache], end = job.rowBegin[cache + 1];
+  const std::uint32_t begin = rowBegin(job, cache), end = rowBegin(job, cache + 1);
   constexpr int kCoefficients = kBands * kBands;
   constexpr int kWanted = kBufferFloats / kCoefficients / kLanes * kLanes;
   constexpr int kChunk = kWanted > 512 ? 512 : kWanted;

@@ -65,7 +65,7 @@ inline void lightCachesOf(const LightCachesJob& job, std::uint32_t begin, std::u
     float* to = lit;
     for (std::uint32_t cache = first; cache < last; ++cache, to += stride) {
       float* const out[3] = {to, to + luma, to + luma + chroma};
-      const std::uint32_t linksBegin = job.rowBegin[cache], linksEnd = job.rowBegin[cache + 1];
+      const std::uint32_t linksBegin = rowBegin(job, cache), linksEnd = rowBegin(job, cache + 1);
       if (job.kind == kSh) {
         lightShRow(job, linksBegin, linksEnd, out);
       } else if (job.kind == kIrradiance && linksBegin >= job.gridLinks) {

@@ -194,18 +194,19 @@ struct RepackedLinks {
 #endif
   static void writeNodes(const LightCachesJob& job, std::uint32_t cache, std::size_t at, int count,
                          std::uint32_t* node) {
-    const std::uint16_t* step = job.nodeStep + std::size_t{job.nodeSteps} * cache;
-    const int index = static_cast<int>(at - job.rowBegin[cache]);
-    int i = 0;
+    const std::uint8_t* step = job.nodeStep + std::size_t{job.nodeSteps} * cache;
+    int next = -static_cast<int>(at - rowBegin(job, cache)), i = 0;
+    std::int32_t high = 0;
     for (std::uint32_t k = 0; k <= job.nodeSteps; ++k) {
-      const int next = k < job.nodeSteps ? step[k] - index : count, last = next < count ? next : count;
-      if (last <= i) continue;
+      next = k < job.nodeSteps ? next + step[k] : count;
+      const int last = next < count ? next : count;
       // What is written past the step's last is written again by the next step.
       for (int j = i; j < last; j += kLanes) {
-        const Ints each = (load<Ints>(job.word + at + j) & 0xFFFF) + static_cast<std::int32_t>(k << 16);
+        const Ints each = (load<Ints>(job.word + at + j) & 0xFFFF) + high;
         __builtin_memcpy(node + j, &each, sizeof each);
       }
-      i = last;
+      if (last > i) i = last;
+      if (k < job.nodeSteps && step[k] != kNoGrowth) high += 1 << 16;
     }
     const Ints zero{};
     __builtin_memcpy(node + count, &zero, sizeof zero);
@@ -220,7 +221,7 @@ struct RepackedLinks {
 #if RELUME_LANES == 16
   // The high bits of a row's nodes, which grow by 2^16 from some indices on, for vectors read in their order.
   struct Row {
-    const std::uint16_t *step, *end;
+    const std::uint8_t *step, *end;
     std::int32_t next;  // index of the next step
     Ints high{};        // of the nodes before it
 
@@ -231,10 +232,10 @@ struct RepackedLinks {
     __attribute__((always_inline)) Ints nodes(Ints low, std::int32_t index) {
       Ints node = low | high;
       while (next < index + kLanes) {
-        const Ints reached = (laneNumbers<Ints>() + index >= next) & (1 << 16);
-        node += reached;
-        high += 1 << 16;
-        next = ++step < end ? *step : kNever;
+        const std::int32_t growth = *step != kNoGrowth ? 1 << 16 : 0;
+        node += (laneNumbers<Ints>() + index >= next) & growth;
+        high += growth;
+        next = ++step < end ? next + *step : kNever;
       }
       return node;
     }

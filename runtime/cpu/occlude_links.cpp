@@ -320,8 +320,8 @@ bool OccludeLinks::findChange(const PlacedParts& parts, std::span<const std::uin
     return Hidden{share, share * far.radiosity, share * far.direction};
   };
   RowReader row(job, cache);
-  const std::uint32_t rowEnd = job.rowBegin[cache + 1];
-  for (std::uint32_t at = job.rowBegin[cache]; at < rowEnd; at += kTowardLinks) {
+  const std::uint32_t rowEnd = rowBegin(job, cache + 1);
+  for (std::uint32_t at = rowBegin(job, cache); at < rowEnd; at += kTowardLinks) {
     const std::uint32_t count = std::min(kTowardLinks, rowEnd - at);
     Toward toward;
     findToward(job, near, cache, at, count, toward);

@@ -14,15 +14,19 @@ bool is(const LinkRows& rows, LinkKind kind) { return rows.kind == static_cast<s
 
 }  // namespace
 
-RowReader::RowReader(const LinkRows& rows, std::uint32_t cache) : rows_(rows), begin_(rows.rowBegin[cache]) {
+RowReader::RowReader(const LinkRows& rows, std::uint32_t cache) : rows_(rows), next_(rowBegin(rows, cache)) {
   if (rows.kind != kRepackedLinks) return;
   step_ = rows.nodeStep + std::size_t{rows.nodeSteps} * cache;
   stepEnd_ = step_ + rows.nodeSteps;
+  if (step_ != stepEnd_) next_ += *step_;
 }
 
 std::uint32_t RowReader::node(std::uint32_t link) {
   if (rows_.kind == kRepackedLinks) {
-    for (; step_ != stepEnd_ && *step_ <= link - begin_; ++step_) high_ += 1u << 16;
+    while (step_ != stepEnd_ && next_ <= link) {
+      if (*step_ != kNoGrowth) high_ += 1u << 16;
+      if (++step_ != stepEnd_) next_ += *step_;
+    }
     return (rows_.word[link] & 0xFFFFu) | high_;
   }
   if (is(rows_, LinkKind::sh)) return rows_.shNode[link];

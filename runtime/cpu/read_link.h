@@ -14,15 +14,15 @@ class RowReader {
  public:
   RowReader(const LinkRows& rows, std::uint32_t cache);
 
-  // Node of a link [rowBegin[cache] .. rowBegin[cache + 1]), at least that of the call before.
+  // Node of a link [rowBegin(rows, cache) .. rowBegin(rows, cache + 1)), at least that of the call before.
   std::uint32_t node(std::uint32_t link);
   // f of a link: the coefficient 0 that a radiosity of 1 from it adds to its cache.
   float transfer(std::uint32_t link) const;
 
  private:
   const LinkRows& rows_;
-  std::uint32_t begin_;
-  const std::uint16_t *step_ = nullptr, *stepEnd_ = nullptr;
+  std::uint32_t next_;  // link of the next step
+  const std::uint8_t *step_ = nullptr, *stepEnd_ = nullptr;
   std::uint32_t high_ = 0;
 };
 

@@ -112,7 +112,7 @@ void writeSums(const Floats*, const float*, float, float*);  // the sums do not 
 
 template <class Links, int kLuma, int kChroma>
 void sumConeRow(const LightCachesJob& job, std::uint32_t cache, float* coefficients) {
-  const std::uint32_t begin = job.rowBegin[cache], end = job.rowBegin[cache + 1];
+  const std::uint32_t begin = rowBegin(job, cache), end = rowBegin(job, cache + 1);
   const int count = static_cast<int>(end - begin);
   typename Links::Row row(job, cache);
   LinkSums<kLuma, kChroma> sums;

@@ -72,16 +72,27 @@ std::pmr::vector<std::uint32_t> packFourfold(const Links& links, LinkArrays& out
   const LinkSet set(links, memory);
   const LinkRows rows = set.rows();
   if (rows.kind != kRepackedLinks) return rowBegin;
-  out.nodeSteps = static_cast<int>(rows.nodeSteps);
+  // The GPU is given the links at which nodes grow, not how far apart they are.
+  std::uint32_t steps = 0;
+  for (std::uint32_t i = 0; i < links.count(); ++i) steps = std::max(steps, links.node(i) >> 16);
+  out.nodeSteps = static_cast<int>(steps);
   rowBegin.push_back(0);
   for (std::uint32_t cache = 0; cache < links.cacheCount(); ++cache) {
     const std::uint32_t begin = links.rowBegin[cache], end = links.rowBegin[cache + 1];
     out.repackedRows.push_back(rowBegin.back());
-    for (std::uint32_t k = 0; k < rows.nodeSteps; k += 2) {
-      const std::uint16_t* step = rows.nodeStep + std::size_t{rows.nodeSteps} * cache + k;
-      out.repackedRows.push_back(std::uint32_t{step[0]} | std::uint32_t{k + 1 < rows.nodeSteps ? step[1] : step[0]}
-                                                              << 16);
+    std::uint32_t step = 0;
+    const auto addStep = [&](std::uint32_t link) {
+      // Two to a word.
+      if (step++ % 2 == 0) {
+        out.repackedRows.push_back(link | link << 16);
+      } else {
+        out.repackedRows.back() = (out.repackedRows.back() & 0xFFFFu) | link << 16;
+      }
+    };
+    for (std::uint32_t i = begin; i < end; ++i) {
+      while (step < links.node(i) >> 16) addStep(i - begin);
     }
+    while (step < steps) addStep(0xFFFFu);
     out.repackedWords.insert(out.repackedWords.end(), rows.word + begin, rows.word + end);
     out.repackedWords.resize((out.repackedWords.size() + 3) / 4 * 4, 0);
     for (std::uint32_t i = begin; i < end; ++i) {

@@ -10,12 +10,18 @@ namespace relume {
 
 // LinkRows::kind of links that LinkSet has packed again.
 constexpr std::uint32_t kRepackedLinks = 0xFFFFFFFFu;
+// LinkRows::nodeStep: after so many links more the nodes of a row have grown by 2^16, but after this many they have
+// not.
+constexpr std::uint32_t kNoGrowth = 255;
 
 // Borrowed from the LinkSet. Which arrays there are depends on `kind`; the others are null.
 struct LinkRows {
-  const std::uint32_t* rowBegin = nullptr;  // [Size caches + 1]
-  std::uint32_t kind = 0;                   // LinkKind, or kRepackedLinks
-  const std::uint32_t* cone = nullptr;      // three words per link
+  // Row c begins at rowBase[c >> rowShift] + rowOffset[c], and ends where row c + 1 would begin.
+  const std::uint32_t* rowBase = nullptr;
+  const std::uint16_t* rowOffset = nullptr;  // [Size caches + 1]
+  std::uint32_t rowShift = 0;
+  std::uint32_t kind = 0;               // LinkKind, or kRepackedLinks
+  const std::uint32_t* cone = nullptr;  // three words per link
   const std::uint32_t* shNode = nullptr;
   const std::uint16_t* shCoefficients = nullptr;
   std::size_t shHalfCount = 0;           // halves in shCoefficients
@@ -25,9 +31,17 @@ struct LinkRows {
   std::size_t shapeBytes = 0;
   const std::uint32_t* word = nullptr;  // links packed again: see link_set.h
   const std::uint8_t* transfer = nullptr;
-  const std::uint16_t* nodeStep = nullptr;  // nodeSteps of them per row
+  const std::uint8_t* nodeStep = nullptr;  // nodeSteps of them per row
   std::uint32_t nodeSteps = 0;
   std::uint32_t gridLinks = 0;  // irradiance links: how many have a shape, from the first on
 };
 
+namespace {
+
+// First link of a row. [cache <= caches]
+inline std::uint32_t rowBegin(const LinkRows& rows, std::uint32_t cache) {
+  return rows.rowBase[cache >> rows.rowShift] + rows.rowOffset[cache];
+}
+
+}  // namespace
 }  // namespace relume

@@ -12,6 +12,7 @@ namespace {
 
 // Links that the widest vector may read behind the last one.
 constexpr std::size_t kRoom = 15;
+constexpr std::uint32_t kMaxRowShift = 6;
 
 // Whether nodes ascend in all rows, and rows are short enough to count their links in 16 bits.
 bool canPackAgain(const Links& links) {
@@ -44,27 +45,64 @@ std::uint32_t packTransfer8(float f) {
   return std::min(code, kMaxTransfer8);
 }
 
+// visit(step) for each step of a row, as LinkRows::nodeStep has them.
+template <class Visit>
+void forSteps(const Links& links, std::uint32_t cache, const Visit& visit) {
+  const std::uint32_t end = links.rowBegin[cache + 1];
+  std::uint32_t at = links.rowBegin[cache], high = 0;
+  for (std::uint32_t i = at; i < end; ++i) {
+    for (; high < links.node(i) >> 16; ++high) {
+      for (; i - at >= kNoGrowth; at += kNoGrowth) visit(kNoGrowth);
+      visit(i - at);
+      at = i;
+    }
+  }
+}
+
 }  // namespace
 
 LinkSet::LinkSet(const Links& links, std::pmr::memory_resource* memory)
-    : links_(links), word_(memory), transfer_(memory), nodeStep_(memory) {
+    : links_(links), rowBase_(memory), rowOffset_(memory), word_(memory), transfer_(memory), nodeStep_(memory) {
+  packRows();
   if (canPackAgain(links)) packAgain();
+  links_.rowBegin = {};
+}
+
+void LinkSet::packRows() {
+  const std::uint32_t caches = links_.cacheCount();
+  count_ = links_.count();
+  const auto beginOf = [&](std::uint32_t c) { return links_.rowBegin.empty() ? 0u : links_.rowBegin[c]; };
+  const auto baseOf = [&](std::uint32_t c) { return beginOf(c >> rowShift_ << rowShift_); };
+  // The most rows to a base of which none begins too far behind it; one always does.
+  rowShift_ = kMaxRowShift;
+  for (std::uint32_t c = 0; c <= caches; ++c) {
+    while (beginOf(c) - baseOf(c) > 0xFFFFu) --rowShift_;
+  }
+  rowBase_.reserve((caches >> rowShift_) + 1);
+  rowOffset_.reserve(std::size_t{caches} + 1);
+  for (std::uint32_t c = 0; c <= caches; ++c) {
+    if (c >> rowShift_ << rowShift_ == c) rowBase_.push_back(beginOf(c));
+    rowOffset_.push_back(static_cast<std::uint16_t>(beginOf(c) - baseOf(c)));
+  }
 }
 
 void LinkSet::packAgain() {
-  std::uint32_t last = 0;
-  for (std::uint32_t i = 0; i < links_.count(); ++i) last = std::max(last, links_.node(i));
-  steps_ = last >> 16;
+  steps_ = 0;
+  for (std::uint32_t c = 0; c < links_.cacheCount(); ++c) {
+    std::uint32_t steps = 0;
+    forSteps(links_, c, [&](std::uint32_t) { ++steps; });
+    steps_ = std::max(steps_, steps);
+  }
   word_.reserve(links_.count() + kRoom);
   transfer_.reserve(links_.count() + kRoom);
   nodeStep_.reserve(std::size_t{links_.cacheCount()} * steps_);
   for (std::uint32_t c = 0; c < links_.cacheCount(); ++c) {
     const std::uint32_t begin = links_.rowBegin[c], end = links_.rowBegin[c + 1];
     float error = 0.0f;
-    std::uint32_t step = 0;
+    forSteps(links_, c, [&](std::uint32_t step) { nodeStep_.push_back(static_cast<std::uint8_t>(step)); });
+    nodeStep_.resize((std::size_t{c} + 1) * steps_, kNoGrowth);
     for (std::uint32_t i = begin; i < end; ++i) {
       const std::uint32_t node = links_.node(i);
-      for (; step < node >> 16; ++step) nodeStep_.push_back(static_cast<std::uint16_t>(i - begin));
       word_.push_back((node & 0xFFFFu) | ((links_.shape[i / 2] >> (16 * (i % 2))) & 0xFFFFu) << 16);
       // A link that carries nothing stays that way.
       const float baked = unpackTransfer(links_.head[i] >> 20);
@@ -72,7 +110,6 @@ void LinkSet::packAgain() {
       error = baked + error - unpackTransfer8(f);
       transfer_.push_back(static_cast<std::uint8_t>(f));
     }
-    for (; step < steps_; ++step) nodeStep_.push_back(0xFFFFu);
   }
   word_.resize(word_.size() + kRoom, 0);
   transfer_.resize(transfer_.size() + kRoom, 0);
@@ -82,7 +119,9 @@ void LinkSet::packAgain() {
 
 LinkRows LinkSet::rows() const {
   LinkRows rows;
-  rows.rowBegin = links_.rowBegin.data();
+  rows.rowBase = rowBase_.data();
+  rows.rowOffset = rowOffset_.data();
+  rows.rowShift = rowShift_;
   rows.kind = word_.empty() ? static_cast<std::uint32_t>(links_.kind) : kRepackedLinks;
   rows.cone = reinterpret_cast<const std::uint32_t*>(links_.cone.data());
   rows.shNode = links_.shNode.data();
@@ -108,8 +147,9 @@ float LinkSet::rounding(const Links& baked, std::uint32_t i) const {
 
 std::size_t LinkSet::bytes() const {
   const auto bytes = [](const auto& array) { return array.size() * sizeof(*array.data()); };
-  return bytes(links_.rowBegin) + bytes(links_.cone) + bytes(links_.shNode) + bytes(links_.shCoefficients) +
-         bytes(links_.head) + bytes(links_.shape) + bytes(word_) + bytes(transfer_) + bytes(nodeStep_);
+  return bytes(rowBase_) + bytes(rowOffset_) + bytes(links_.cone) + bytes(links_.shNode) +
+         bytes(links_.shCoefficients) + bytes(links_.head) + bytes(links_.shape) + bytes(word_) + bytes(transfer_) +
+         bytes(nodeStep_);
 }
 
 }  // namespace relume

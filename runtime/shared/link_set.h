@@ -23,21 +23,24 @@ class LinkSet {
 
   // The arrays; they live as long as this.
   LinkRows rows() const;
-  std::uint32_t cacheCount() const { return links_.cacheCount(); }
-  std::uint32_t count() const { return links_.count(); }
+  std::uint32_t cacheCount() const { return static_cast<std::uint32_t>(rowOffset_.size()) - 1; }
+  std::uint32_t count() const { return count_; }
   LinkKind kind() const { return links_.kind; }
   // Factor on link i's f by packing it again.
   float rounding(const Links& baked, std::uint32_t i) const;
   std::size_t bytes() const;
 
  private:
+  void packRows();
   void packAgain();
 
-  Links links_;                              // without what is packed again
+  Links links_;                                // without what is packed again, and without rows
+  std::pmr::vector<std::uint32_t> rowBase_;    // LinkRows has the same
+  std::pmr::vector<std::uint16_t> rowOffset_;  // [Size caches + 1]
+  std::uint32_t rowShift_ = 0, count_ = 0;
   std::pmr::vector<std::uint32_t> word_;     // node modulo 2^16, shape of oct6 in the high half
   std::pmr::vector<std::uint8_t> transfer_;  // f: the high 8 bits of a head's 12, zero or at least 16
-  // [Size caches * steps_] link of the row from which on nodes are at least 2^16 (k + 1)
-  std::pmr::vector<std::uint16_t> nodeStep_;
+  std::pmr::vector<std::uint8_t> nodeStep_;  // [Size caches * steps_] LinkRows has the same
   std::uint32_t steps_ = 0;
 };
 

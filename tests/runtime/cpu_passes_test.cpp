@@ -224,14 +224,12 @@ std::vector<KernelCase> allKernels() {
 INSTANTIATE_TEST_SUITE_P(Kernels, LightCaches, testing::ValuesIn(allKernels()));
 
 // Nodes of more than 16 bits, whose high part is told by their place in the row; and f of 8 bits.
-TEST(LightCachesOfManyNodes, findTheirNodes) {
-  const Bake bake = test::makeSyntheticBake(
-      {.surfels = 110000, .grid = {2, 1, 1}, .lightmapCaches = 6, .linksPerCache = 117, .kind = LinkKind::oct6});
+void expectNodesFound(const Bake& bake) {
   std::uint32_t last = 0;
   for (std::uint32_t i = 0; i < bake.links.count(); ++i) last = std::max(last, bake.links.node(i));
   ASSERT_GT(last, 2u << 16);
   const LinkSet set(bake.links, std::pmr::new_delete_resource());
-  EXPECT_LT(set.bytes(), 5 * bake.links.count() + 12 * bake.caches.count() + 64);
+  EXPECT_LT(set.bytes(), 5 * bake.links.count() + (2 + set.rows().nodeSteps) * bake.caches.count() + 128);
   const std::vector<std::uint32_t> nodes = randomNodes(bake.hierarchy.nodeCount());
   for (std::uint32_t cache = 0; cache < bake.caches.count(); ++cache) {
     double sum = 0.0, wanted = 0.0;
@@ -256,6 +254,28 @@ TEST(LightCachesOfManyNodes, findTheirNodes) {
             << "cache " << cache;
     }
   }
+}
+
+TEST(LightCachesOfManyNodes, findTheirNodes) {
+  for (const std::uint32_t links : {117u, 1900u}) {
+    SCOPED_TRACE(links);
+    expectNodesFound(test::makeSyntheticBake(
+        {.surfels = 110000, .grid = {2, 1, 1}, .lightmapCaches = 6, .linksPerCache = links, .kind = LinkKind::oct6}));
+  }
+}
+
+// Rows whose links are too many for 16 bits of where they begin.
+TEST(LightCachesOfManyNodes, findTheirRows) {
+  const Bake bake = test::makeSyntheticBake(
+      {.surfels = 40000, .grid = {2, 1, 1}, .lightmapCaches = 6, .linksPerCache = 30000, .kind = LinkKind::oct6});
+  ASSERT_GT(bake.links.rowBegin[bake.caches.count()], 3u << 16);
+  const LinkSet set(bake.links, std::pmr::new_delete_resource());
+  const LinkRows rows = set.rows();
+  ASSERT_LT(1u << rows.rowShift, bake.caches.count());
+  EXPECT_EQ(set.count(), bake.links.count());
+  EXPECT_EQ(set.cacheCount(), bake.caches.count());
+  for (std::uint32_t cache = 0; cache <= bake.caches.count(); ++cache)
+    EXPECT_EQ(rowBegin(rows, cache), bake.links.rowBegin[cache]);
 }
 
 class LightCachesRows : public testing::TestWithParam<LinkKind> {};

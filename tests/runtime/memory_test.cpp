@@ -50,7 +50,7 @@ std::size_t bytesHeld(const Relighter& relighter, const Bake& bake) {
   const auto bytes = [](const auto& array) { return array.size() * sizeof(array[0]); };
   const bool packedAgain = bake.links.kind == LinkKind::oct6;
   const Links& l = bake.links;
-  held -= bytes(l.rowBegin) + bytes(l.cone) + bytes(l.shNode) + bytes(l.shCoefficients);
+  held -= bytes(l.cone) + bytes(l.shNode) + bytes(l.shCoefficients);
   if (!packedAgain) held -= bytes(l.head) + bytes(l.shape);
   return held - sizeof(glm::vec3) * bake.caches.count();  // a position or a normal of each
 }
