@@ -60,6 +60,15 @@ inline constexpr float kDepthSigma = 0.02f;
 // Most of the exponent: weights stay far above the smallest float.
 inline constexpr float kDepthMaxExponent = 40.0f;
 
+// depthWeight() where the map holds t toward the receiver, which is l1 = |v|_1 away.
+inline float depthWeightAt(float t, float l1, const glm::vec3& v, float unit, float spacing) {
+  // The surface is at 1 / s of the way.
+  const float s = l1 * t / unit;
+  if (s <= 1.0f) return 1.0f;
+  const float behind = std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z) * (1.0f - 1.0f / s) / (kDepthSigma * spacing);
+  return std::exp(-std::min(0.5f * behind * behind, kDepthMaxExponent));
+}
+
 // How much of a grid cache's light a receiver reads: 1 where it lies before what the cache sees that way.
 // v [m]: from cache to receiver; map: kDepthWords words; unit [m] of t; spacing [m]: the grid's finest.
 inline float depthWeight(const std::uint32_t* map, const glm::vec3& v, float unit, float spacing) {
@@ -71,11 +80,7 @@ inline float depthWeight(const std::uint32_t* map, const glm::vec3& v, float uni
     const auto n = static_cast<std::uint32_t>(nodes.node[k]);
     t += nodes.weight[k] * unpackDepth(map[n >> 2] >> (8 * (n & 3)) & 0xFFu);
   }
-  // The surface is at 1 / s of the way.
-  const float s = l1 * t / unit;
-  if (s <= 1.0f) return 1.0f;
-  const float behind = std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z) * (1.0f - 1.0f / s) / (kDepthSigma * spacing);
-  return std::exp(-std::min(0.5f * behind * behind, kDepthMaxExponent));
+  return depthWeightAt(t, l1, v, unit, spacing);
 }
 
 }  // namespace relume

@@ -69,12 +69,13 @@ struct BackendRequest {
   const RelightOptions& options;
   std::pmr::memory_resource* memory;  // [not null] must outlive the backend
   const ImageSizes& images;           // that were declared, by drivable material
+  const PackedCaches& caches;         // of the bake; must outlive the backend
 };
 
 // The grid's texture that was asked for. maxSide: GridTextureLimits. Throws std::bad_alloc.
-inline GridTexture makeGridTexture(const Bake& bake, const BackendRequest& request, std::uint32_t maxSide = 0) {
+inline GridTexture makeGridTexture(const BackendRequest& request, std::uint32_t maxSide = 0) {
   if (!request.options.gridTexture) return GridTexture(request.memory);
-  return makeGridTexture(bake.caches, {request.options.gridTrust, request.options.gridTextureBytes, maxSide},
+  return makeGridTexture(request.caches, {request.options.gridTrust, request.options.gridTextureBytes, maxSide},
                          request.options.parallelFor, request.memory);
 }
 

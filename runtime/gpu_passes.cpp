@@ -125,8 +125,9 @@ Result<GpuPasses> GpuPasses::create(const Bake& bake, const RelightOptions& opti
   state->device = device;
   GridTexture texture(&state->memory);
   if (options.gridTexture) {
-    texture = makeGridTexture(bake.caches, {options.gridTrust, options.gridTextureBytes, device.volumeSide},
-                              options.parallelFor, &state->memory);
+    texture = makeGridTexture(PackedCaches(bake.caches, &state->memory),
+                              {options.gridTrust, options.gridTextureBytes, device.volumeSide}, options.parallelFor,
+                              &state->memory);
     if (texture.bytes() > device.storageBytes) texture = GridTexture(&state->memory);
   }
   Result<Owned<gpu::FramePlan>> plan =

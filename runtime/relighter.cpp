@@ -20,6 +20,7 @@
 #include <functional>
 #include <initializer_list>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -29,8 +30,8 @@ struct Relighter::State {
   explicit State(std::pmr::memory_resource* host)
       : memory(host), imageSizes(&memory), lights(&memory), inherited{&memory} {}
 
-  AlignedMemory memory;  // of all that follows
-  Caches caches;         // what look-ups read; shares the bake's arrays
+  AlignedMemory memory;                // of all that follows
+  std::optional<PackedCaches> caches;  // what look-ups read
   std::uint64_t sceneHash = 0;
   std::size_t surfelCount = 0, skyPatchCount = 0;
   bool surfelArrays = true;
@@ -54,7 +55,7 @@ struct Relighter::State {
     }
   } inherited;
 
-  ResolveSource resolveSource() { return {caches, bands, backend->gridTexture(), &memory}; }
+  ResolveSource resolveSource() { return {*caches, bands, backend->gridTexture(), &memory}; }
   CacheLight cacheLight() const {
     CacheLight light = backend->light();
     light.guessBands = true;
@@ -64,7 +65,7 @@ struct Relighter::State {
   // [Size to = n_C * stride]
   void writeCoefficients(std::span<float> to) const {
     const CacheLight light = backend->light();
-    for (std::uint32_t cache = 0; cache < caches.count(); ++cache) {
+    for (std::uint32_t cache = 0; cache < caches->count(); ++cache) {
       CacheLight::Row row;
       std::copy_n(light.of(cache, row), bands.stride(), to.data() + bands.stride() * cache);
     }
@@ -72,7 +73,7 @@ struct Relighter::State {
 
   // Irradiance in the grid by one kind of look-up: the texture where it answers, else the caches around.
   struct GridReader {
-    const Caches& caches;
+    const PackedCaches& caches;
     CacheLight light;
     const GridTexture* texture;  // null = none is read
     std::span<const float> texels;
@@ -87,7 +88,7 @@ struct Relighter::State {
   };
   GridReader gridReader(GridLookup lookup) const {
     const GridTexture* texture = lookup == GridLookup::stencil ? nullptr : backend->gridTexture();
-    return {caches, cacheLight(), texture, texture ? backend->gridTexels() : std::span<const float>(),
+    return {*caches, cacheLight(), texture, texture ? backend->gridTexels() : std::span<const float>(),
             lookup == GridLookup::smooth};
   }
 };
@@ -99,7 +100,7 @@ Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& opti
   if (!checked) return checked.error();
   const Bake& shared = checked->bake;
   state->bands = checked->bands;
-  state->caches = shared.caches;
+  state->caches.emplace(shared.caches, &state->memory);
   state->sceneHash = bake.provenance.sceneHash;
   state->surfelCount = bake.surfels.count();
   state->skyPatchCount = bake.hierarchy.skyDirection.size();
@@ -109,7 +110,7 @@ Result<Relighter> Relighter::create(const Bake& bake, const RelightOptions& opti
   state->surfelArrays = options.surfelArrays || options.backend != BackendKind::cpu;
   state->emitters = bake.emitters;
   state->imageSizes = std::move(checked->images);
-  const BackendRequest request{state->bands, options, &state->memory, state->imageSizes};
+  const BackendRequest request{state->bands, options, &state->memory, state->imageSizes, *state->caches};
   Result<Owned<Backend>> backend =
       options.backend == BackendKind::cpu ? makeCpuBackend(shared, request) : makeGlBackend(shared, request);
   if (!backend) return backend.error();
@@ -226,14 +227,14 @@ Status Relighter::inherit(const Relighter& previous, const Bake& bake) try {
   if (bake.surfels.count() != state_->surfelCount || bake.provenance.sceneHash != state_->sceneHash)
     return usageError("inherit: the bake is not the one that this relighter was made from");
   if (!state_->surfelArrays) return usageError("inherit: needs RelightOptions::surfelArrays");
-  if (previous.state_->caches.grid.cache.empty())
+  if (previous.state_->caches->grid().cache.empty())
     return Error{ErrorCode::unsupported, "inherit: the previous bake has no grid to read light from"};
   const CacheLight light = previous.state_->cacheLight();
   const Surfels& surfels = bake.surfels;
   std::pmr::vector<glm::vec3> radiance(state_->surfelCount, &state_->memory);
   forReceivers(state_->parallelFor, radiance.size(), [&](std::size_t s) {
     const glm::vec3 e =
-        relume::irradianceInGrid(previous.state_->caches, light, surfels.positionWorld[s], surfels.normal[s]);
+        relume::irradianceInGrid(*previous.state_->caches, light, surfels.positionWorld[s], surfels.normal[s]);
     radiance[s] = surfels.albedo[s] * e / std::numbers::pi_v<float>;
   });
   state_->inherited.radiance.swap(radiance);
@@ -245,7 +246,7 @@ Status Relighter::inherit(const Relighter& previous, const Bake& bake) try {
 
 glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal,
                                           const glm::vec3& geometricNormal) const {
-  return relume::irradianceOnLightmap(state_->caches, state_->cacheLight(), lightmapUv, normal, geometricNormal);
+  return relume::irradianceOnLightmap(*state_->caches, state_->cacheLight(), lightmapUv, normal, geometricNormal);
 }
 
 glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal) const {
@@ -267,7 +268,7 @@ Status Relighter::irradianceOnLightmap(std::span<const glm::vec2> lightmapUv, st
     return ok;
   const CacheLight light = state_->cacheLight();
   forReceivers(state_->parallelFor, irradiance.size(), [&](std::size_t i) {
-    irradiance[i] = relume::irradianceOnLightmap(state_->caches, light, lightmapUv[i], normal[i], geometricNormal[i]);
+    irradiance[i] = relume::irradianceOnLightmap(*state_->caches, light, lightmapUv[i], normal[i], geometricNormal[i]);
   });
   return done();
 } catch (const std::bad_alloc& e) {
@@ -289,12 +290,12 @@ Status Relighter::irradianceInGrid(std::span<const glm::vec3> positionWorld, std
 }
 
 glm::vec3 Relighter::glossyOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& reflected, float exponent) const {
-  return relume::glossyOnLightmap(state_->caches, state_->cacheLight(), lightmapUv, reflected, exponent);
+  return relume::glossyOnLightmap(*state_->caches, state_->cacheLight(), lightmapUv, reflected, exponent);
 }
 
 glm::vec3 Relighter::glossyInGrid(const glm::vec3& positionWorld, const glm::vec3& normal, const glm::vec3& reflected,
                                   float exponent) const {
-  return relume::glossyInGrid(state_->caches, state_->cacheLight(), positionWorld, normal, reflected, exponent);
+  return relume::glossyInGrid(*state_->caches, state_->cacheLight(), positionWorld, normal, reflected, exponent);
 }
 
 Status Relighter::glossyOnLightmap(std::span<const glm::vec2> lightmapUv, std::span<const glm::vec3> reflected,
@@ -306,7 +307,7 @@ Status Relighter::glossyOnLightmap(std::span<const glm::vec2> lightmapUv, std::s
     return ok;
   const CacheLight light = state_->cacheLight();
   forReceivers(state_->parallelFor, radiance.size(), [&](std::size_t i) {
-    radiance[i] = relume::glossyOnLightmap(state_->caches, light, lightmapUv[i], reflected[i], exponent[i]);
+    radiance[i] = relume::glossyOnLightmap(*state_->caches, light, lightmapUv[i], reflected[i], exponent[i]);
   });
   return done();
 } catch (const std::bad_alloc& e) {
@@ -324,19 +325,19 @@ Status Relighter::glossyInGrid(std::span<const glm::vec3> positionWorld, std::sp
     return ok;
   const CacheLight light = state_->cacheLight();
   forReceivers(state_->parallelFor, radiance.size(), [&](std::size_t i) {
-    radiance[i] = relume::glossyInGrid(state_->caches, light, positionWorld[i], normal[i], reflected[i], exponent[i]);
+    radiance[i] = relume::glossyInGrid(*state_->caches, light, positionWorld[i], normal[i], reflected[i], exponent[i]);
   });
   return done();
 } catch (const std::bad_alloc& e) {
   return outOfMemory(e);
 }
 
-glm::uvec2 Relighter::lightmapSize() const { return {state_->caches.lightmap.width, state_->caches.lightmap.height}; }
+glm::uvec2 Relighter::lightmapSize() const { return {state_->caches->map().width, state_->caches->map().height}; }
 
 Status Relighter::irradianceMap(std::span<std::uint16_t> rgba16f) const try {
   const std::size_t expected = std::size_t{4} * lightmapSize().x * lightmapSize().y;
   if (rgba16f.size() != expected) return wrongSize("rgba16f", rgba16f.size(), expected);
-  relume::irradianceMap(state_->caches, state_->cacheLight(), rgba16f, state_->parallelFor);
+  relume::irradianceMap(*state_->caches, state_->cacheLight(), rgba16f, state_->parallelFor);
   return done();
 } catch (const std::bad_alloc& e) {
   return outOfMemory(e);
@@ -345,7 +346,7 @@ Status Relighter::irradianceMap(std::span<std::uint16_t> rgba16f) const try {
 Status Relighter::irradianceMapL1(std::span<std::uint16_t> rgba16f) const try {
   const std::size_t expected = std::size_t{16} * lightmapSize().x * lightmapSize().y;
   if (rgba16f.size() != expected) return wrongSize("rgba16f", rgba16f.size(), expected);
-  relume::irradianceMapL1(state_->caches, state_->cacheLight(), rgba16f, state_->parallelFor);
+  relume::irradianceMapL1(*state_->caches, state_->cacheLight(), rgba16f, state_->parallelFor);
   return done();
 } catch (const std::bad_alloc& e) {
   return outOfMemory(e);
@@ -370,7 +371,7 @@ Status Relighter::ambientVolume(const AmbientVolume& volume, std::span<glm::vec3
                       std::to_string(n.x) + " x " + std::to_string(n.y) + " x " + std::to_string(n.z) + " points");
   }
   if (!cubes.empty()) {
-    relume::ambientVolume(state_->caches, state_->cacheLight(), volume, cubes, state_->parallelFor);
+    relume::ambientVolume(*state_->caches, state_->cacheLight(), volume, cubes, state_->parallelFor);
   }
   return done();
 } catch (const std::bad_alloc& e) {
@@ -407,13 +408,13 @@ Status Relighter::writeResolveTexture(std::size_t texture, std::span<std::byte> 
 }
 
 std::vector<float> Relighter::cacheCoefficients() const {
-  std::vector<float> all(state_->bands.stride() * state_->caches.count());
+  std::vector<float> all(state_->bands.stride() * state_->caches->count());
   state_->writeCoefficients(all);
   return all;
 }
 
 Status Relighter::cacheCoefficients(std::span<float> coefficients) const try {
-  const std::size_t expected = state_->bands.stride() * state_->caches.count();
+  const std::size_t expected = state_->bands.stride() * state_->caches->count();
   if (coefficients.size() != expected) return wrongSize("coefficients", coefficients.size(), expected);
   state_->writeCoefficients(coefficients);
   return done();

@@ -299,7 +299,23 @@ inline Ints gather(const std::uint32_t* from, Ints index) {
   return v;
 }
 
-// The same, of indices in memory.
+// The pairs of 16-bit words from these indices on, the first in the low half.
+template <class Ints>
+inline Ints gatherPairs(const std::uint16_t* from, Ints index) {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(Ints) == 64)
+    return (Ints)_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), kAll, (__m512i)index, from, 2);
+#endif
+  Ints v;
+  for (int i = 0; i < kLanesOf<Ints>; ++i) {
+    std::int32_t pair;
+    __builtin_memcpy(&pair, from + static_cast<std::uint32_t>(index[i]), sizeof pair);
+    v[i] = pair;
+  }
+  return v;
+}
+
+// gather() of indices in memory.
 template <class Ints>
 inline Ints gatherAt(const std::uint32_t* from, const std::uint32_t* index) {
 #if defined(__AVX512F__)

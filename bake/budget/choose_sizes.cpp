@@ -28,7 +28,7 @@ constexpr double kMostMemoryMiB = 1024.0;  // where an error that cannot be had 
 constexpr double kMaxLinks = 4294967295.0;
 
 // What a light map has more than its caches: texels that copy, and caches beside those that were wished.
-constexpr double kTexelsPerCache = 2.4, kCachesPerWish = 1.08, kIndexBytesPerGridCache = 320.0;
+constexpr double kTexelsPerCache = 2.4, kCachesPerWish = 1.08, kIndexBytesPerGridCache = 205.0;
 
 BakeOptions atScale(const BakeOptions& options, double scale) {
   BakeOptions sized = options;

@@ -11,10 +11,14 @@ namespace {
 // Memory, by reading runtime/cpu: four words and two node indices a surfel, its two nodes of the tree with their
 // colours.
 constexpr double kSurfelBytes = 16.3, kTreeBytes = 10.3, kSkyBytes = 12.0;
-// Position in the grid, normal on the light map; the coefficients, and what they are counted in.
-constexpr double kCacheBytes = 12.0, kCoefficientBytes = 2.0;
-// The index of the light map, and what bounces of a texel are looked up in.
-constexpr double kTexelBytes = 4.0 + 9.0;
+// Surfels that read the grid, or caches of other normals, say what they read.
+constexpr double kBounceBytes = 1.35;
+// Position in the grid; normal on the light map, and colour for it; the coefficients, and what they are counted in.
+constexpr double kGridCacheBytes = 12.0, kMapCacheBytes = 8.0, kCoefficientBytes = 2.0;
+// Numbers of caches, in the light map and the grid: in two bytes while so many caches are on the map.
+constexpr double kIndexBytes = 2.0, kWideIndexBytes = 4.0, kNarrowCaches = 65534.0;
+// Of what depth maps take in the bake: triangles that hide nothing are left out.
+constexpr double kSightShare = 0.65;
 constexpr double kRowBytes = 2.1, kStepBytes = 1.0, kNodesOfStep = 65536.0;
 
 // Times.
@@ -52,8 +56,8 @@ void count(const Surfels& surfels, const Hierarchy& hierarchy, const Caches& cac
   sizes.gridCaches = std::min(caches.firstMapCache(), caches.count());
   sizes.mapCaches = caches.count() - sizes.gridCaches;
   sizes.texels = static_cast<double>(caches.lightmap.cache.size());
-  sizes.gridIndexBytes =
-      4.0 * static_cast<double>(grid.cache.size() + grid.brick.size() + grid.fine.size() + grid.depth.size());
+  sizes.gridIndexBytes = kIndexBytes * static_cast<double>(grid.cache.size() + grid.brick.size() + grid.fine.size()) +
+                         kSightShare * 4.0 * static_cast<double>(grid.depth.size());
 }
 
 }  // namespace
@@ -88,9 +92,9 @@ RuntimeCost costWithoutLinks(const CostSizes& s) {
   const bool mapIrradiance = s.linkKind == LinkKind::irradiance;
   const double caches = s.gridCaches + s.mapCaches, k = coefficients(s);
   RuntimeCost cost;
-  cost.bytes = (kSurfelBytes + kTreeBytes) * s.surfels + kSkyBytes * s.skyPatches + (kCacheBytes + kRowBytes) * caches +
-               lightBytes(k) * s.gridCaches + mapLightBytes(s) * s.mapCaches + kTexelBytes * s.texels +
-               s.gridIndexBytes;
+  cost.bytes = (kSurfelBytes + kTreeBytes + kBounceBytes) * s.surfels + kSkyBytes * s.skyPatches + kRowBytes * caches +
+               (kGridCacheBytes + lightBytes(k)) * s.gridCaches + (kMapCacheBytes + mapLightBytes(s)) * s.mapCaches +
+               (s.mapCaches > kNarrowCaches ? kWideIndexBytes : kIndexBytes) * s.texels + s.gridIndexBytes;
   if (s.linkKind == LinkKind::oct6) cost.bytes += kStepBytes * caches * std::floor(nodes(s) / kNodesOfStep);
   // A nanosecond a coefficient: sums become coefficients, halves and texels.
   const double surfelNs = (mapIrradiance || s.lumaBands == 1 ? kColorNs : kCoefficientsNs) + kPullNs;

@@ -26,7 +26,7 @@ struct CostSizes {
   double skyPatches = 0.0;
   double gridCaches = 0.0, mapCaches = 0.0;
   double texels = 0.0;          // of the light map
-  double gridIndexBytes = 0.0;  // of CacheGrid's arrays
+  double gridIndexBytes = 0.0;  // of what look-ups keep of CacheGrid's arrays
   LinkKind linkKind = LinkKind::oct6;
   std::uint32_t linkBands = 0;  // of SH links
   std::uint32_t lumaBands = 1, chromaBands = 1;

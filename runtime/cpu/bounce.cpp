@@ -37,7 +37,7 @@ const float* lobesByAngle() {
 
 }  // namespace
 
-Bounce::Bounce(const Caches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, LinkKind kind,
+Bounce::Bounce(const PackedCaches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, LinkKind kind,
                int lumaBands, std::pmr::memory_resource* memory)
     : caches_(caches),
       shaped_(lumaBands <= 4),
@@ -46,14 +46,13 @@ Bounce::Bounce(const Caches& caches, const Surfels& surfels, std::span<const std
       tilted_(memory),
       gridded_(memory),
       griddedCache_(memory),
-      cacheColor_(memory),
-      texel_(memory) {
+      cacheColor_(memory) {
   for (std::uint32_t i = 0; i < order.size(); ++i) {
     if (i % kSurfelBlock == 0)
       begin_.push_back({static_cast<std::uint32_t>(tilted_.size()), static_cast<std::uint32_t>(gridded_.size()),
                         static_cast<std::uint32_t>(griddedCache_.size())});
     const auto slot = static_cast<std::uint8_t>(i % kSurfelBlock);
-    switch (receiverKind(caches, surfels, order[i], normalsCount_)) {
+    switch (receiverKind(caches.map(), surfels, order[i], normalsCount_)) {
       case ReceiverKind::flat:
         break;
       case ReceiverKind::tilted:
@@ -68,16 +67,15 @@ Bounce::Bounce(const Caches& caches, const Surfels& surfels, std::span<const std
   }
   begin_.push_back({static_cast<std::uint32_t>(tilted_.size()), static_cast<std::uint32_t>(gridded_.size()),
                     static_cast<std::uint32_t>(griddedCache_.size())});
-  texel_.resize(caches.lightmap.cache.size());
-  cacheColor_.resize(texel_.empty() ? 0 : caches.count());
+  if (!caches.map().cache.empty()) cacheColor_.resize(caches.count() - caches.firstMapCache());
   tilted_.shrink_to_fit();
   gridded_.shrink_to_fit();
   griddedCache_.shrink_to_fit();
 }
 
 void Bounce::addTilted(const Surfels& surfels, std::uint32_t s, std::uint8_t slot) {
-  const Stencil stencil = lightmapStencil(caches_, unpackUnorm16x2(surfels.receiver[s]));
-  const float cosine = glm::clamp(glm::dot(meanNormal(caches_, stencil), surfels.normal[s]), -1.0f, 1.0f);
+  const Stencil stencil = lightmapStencil(caches_.map(), unpackUnorm16x2(surfels.receiver[s]));
+  const float cosine = glm::clamp(glm::dot(meanNormal(caches_.map(), stencil), surfels.normal[s]), -1.0f, 1.0f);
   tilted_.push_back(
       {slot, static_cast<std::uint8_t>(std::lrint(std::acos(cosine) * 255.0f / std::numbers::pi_v<float>))});
 }
@@ -85,27 +83,27 @@ void Bounce::addTilted(const Surfels& surfels, std::uint32_t s, std::uint8_t slo
 void Bounce::colorCaches(const LightSurfelsKernel& kernel, const StoredLight& light, std::uint32_t begin,
                          std::uint32_t end) {
   begin = std::max(begin, light.firstMapCache());
-  if (texel_.empty() || begin >= end) return;
+  if (cacheColor_.empty() || begin >= end) return;
   ColorCachesJob job;
   job.light = light.mapRows();
-  job.normal = &caches_.normal[job.light.first].x;
+  job.normal = caches_.map().normal.data();
   job.normalsCount = normalsCount_;
   // 2 pi y_0 times coefficient 0; a cache without a normal has gathered the whole sphere, and gives half of that.
   job.constant[1] = 2.0f * std::numbers::pi_v<float> * 0.282094792f;
   job.constant[0] = light.bands().irradianceOnMap ? job.constant[1] : 0.5f * job.constant[1];
-  job.color = cacheColor_.data() + job.light.first;
+  job.color = cacheColor_.data();
   kernel.colorCaches(job, begin, end);
 }
 
-void Bounce::setLight(const LightSurfelsKernel& kernel, const StoredLight& light, LightSurfelsJob& job) {
+void Bounce::setLight(const StoredLight& light, LightSurfelsJob& job) {
   light_ = cacheLight(light);
-  // One thread is through before another would be awake.
-  const std::uint32_t* texels = caches_.lightmap.cache.data();
-  kernel.colorTexels(texels, cacheColor_.data(), static_cast<std::uint32_t>(texel_.size()), texel_.data());
-  job.texel = texel_.data();
-  job.mapWidth = static_cast<std::int32_t>(caches_.lightmap.width);
-  job.mapHeight = static_cast<std::int32_t>(caches_.lightmap.height);
-  job.mapCache = texels;
+  const PackedMap& map = caches_.map();
+  job.color = cacheColor_.data();
+  job.mapWidth = static_cast<std::int32_t>(map.width);
+  job.mapHeight = static_cast<std::int32_t>(map.height);
+  job.mapCache = map.cache.narrow();
+  job.wideMapCache = map.cache.wide();
+  job.wideFirst = static_cast<std::int32_t>(caches_.firstMapCache());
   job.lobe = lobesByAngle();
   job.thirdBand = light.bands().lumaBands > 2;
   job.gridLight = light.gridRows();
@@ -127,7 +125,7 @@ void Bounce::add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, s
   for (std::size_t i = 0; i < tilted.size(); ++i) {
     for (std::size_t c = 0; c < 3; ++c) before[c * kSurfelBlock + i] = e[c * kSurfelBlock + tilted[i].slot];
   }
-  if (!texel_.empty()) kernel.addFlatBounce(job, first, count, e);
+  if (!cacheColor_.empty()) kernel.addFlatBounce(job, first, count, e);
   if (shaped_) {
     kernel.addTiltedBounce(job, first, tilted.data(), static_cast<std::uint32_t>(tilted.size()), before.data(), e);
   } else {
@@ -155,7 +153,7 @@ void Bounce::add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, s
 
 std::size_t Bounce::bytes() const {
   const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
-  return bytes(begin_) + bytes(tilted_) + bytes(gridded_) + bytes(griddedCache_) + bytes(cacheColor_) + bytes(texel_);
+  return bytes(begin_) + bytes(tilted_) + bytes(gridded_) + bytes(griddedCache_) + bytes(cacheColor_);
 }
 
 }  // namespace relume::cpu

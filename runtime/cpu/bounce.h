@@ -20,7 +20,7 @@ namespace relume::cpu {
 class Bounce {
  public:
   // The caches must outlive this. `order`: surfels in the order in which they are lit. memory: keeps all of this.
-  Bounce(const Caches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, LinkKind kind,
+  Bounce(const PackedCaches& caches, const Surfels& surfels, std::span<const std::uint32_t> order, LinkKind kind,
          int lumaBands, std::pmr::memory_resource* memory);
   Bounce(const Bounce&) = delete;
   Bounce& operator=(const Bounce&) = delete;
@@ -30,7 +30,7 @@ class Bounce {
   void colorCaches(const LightSurfelsKernel& kernel, const StoredLight& light, std::uint32_t begin, std::uint32_t end);
   // Take over last frame's light, which must stay until the surfels are lit and whose caches are all coloured; sets
   // what `job` needs of it.
-  void setLight(const LightSurfelsKernel& kernel, const StoredLight& light, LightSurfelsJob& job);
+  void setLight(const StoredLight& light, LightSurfelsJob& job);
   // e += bounceScale * last frame's irradiance at the surfels of a block.
   void add(const LightSurfelsKernel& kernel, const LightSurfelsJob& job, std::uint32_t block, std::uint32_t count,
            float* e) const;
@@ -43,15 +43,14 @@ class Bounce {
 
   void addTilted(const Surfels& surfels, std::uint32_t s, std::uint8_t slot);
 
-  const Caches& caches_;
+  const PackedCaches& caches_;
   bool shaped_, normalsCount_;
   std::pmr::vector<BlockBegin> begin_;  // [Size blocks + 1]
   std::pmr::vector<TiltedSurfel> tilted_;
   std::pmr::vector<GriddedSurfel> gridded_;
   std::pmr::vector<std::uint32_t> griddedCache_;  // appendGridShares()
-  std::pmr::vector<std::uint32_t>
-      cacheColor_;  // [Size n_C] irradiance for a cache's own normal (runtime/shared/pack_color.h)
-  std::pmr::vector<std::uint32_t> texel_;  // [Size texels] the same of each texel's cache
+  // [Size caches of the light map] irradiance for a cache's own normal (runtime/shared/pack_color.h)
+  std::pmr::vector<std::uint32_t> cacheColor_;
   CacheLight light_;
 };
 

@@ -19,7 +19,7 @@ CpuBackend::CpuBackend(const Bake& bake, const BackendRequest& request, Simd sim
 
 CpuBackend::CpuBackend(const Bake& bake, const BackendRequest& request, Simd simd, GridTexture texture,
                        std::pmr::vector<std::uint32_t> order)
-    : caches_(bake.caches),
+    : caches_(request.caches),
       links_(bake.links, request.memory),
       cachesKernel_(lightCachesKernel(simd)),
       surfelsKernel_(*lightSurfelsKernel(simd)),
@@ -34,7 +34,7 @@ CpuBackend::CpuBackend(const Bake& bake, const BackendRequest& request, Simd sim
       light_(request.bands, bake.caches.count(), bake.caches.firstMapCache(), request.memory),
       grid_(std::move(texture), request.memory) {
   if (kHasMovingParts && request.options.movingParts > 0)
-    moving_ = makeOwned<Moving>(request.memory, bake, caches_, links_, request, simd);
+    moving_ = makeOwned<Moving>(request.memory, bake, links_, request, simd);
   grid_.fill(light(), parallelFor_);
 }
 
@@ -61,7 +61,7 @@ void CpuBackend::relight(const LightSetup& setup) {
     driven_.end();
   }
   LightSurfelsJob job;
-  if (lit_ && setup.bounceScale > 0.0f) bounce_.setLight(surfelsKernel_, light_, job);
+  if (lit_ && setup.bounceScale > 0.0f) bounce_.setLight(light_, job);
   lightSurfels(surfelsKernel_, surfels_, setup, lit_ ? &bounce_ : nullptr, job, lights_, node_, parallelFor_);
   const auto surfels = Clock::now();
   tree_.pull(surfelsKernel_, node_, parallelFor_);
@@ -110,19 +110,10 @@ std::vector<PassTime> CpuBackend::passTimes() const {
 
 std::vector<std::pair<std::string, std::size_t>> CpuBackend::bufferSizes() const {
   const auto bytes = [](const auto& array) { return array.size() * sizeof(array[0]); };
-  const CacheGrid& grid = caches_.grid;
-  // Of the bake's own, frames and look-ups read positions of the grid's caches and normals of the others.
-  const std::size_t places = sizeof(glm::vec3) * caches_.count();
   std::vector<std::pair<std::string, std::size_t>> sizes{
-      {"surfels", surfels_.bytes()},
-      {"hierarchy", tree_.bytes()},
-      {"emission", driven_.bytes()},
-      {"radiosity", bytes(node_)},
-      {"links", links_.bytes()},
-      {"caches", places + light_.bytes()},
-      {"bounce", bounce_.bytes()},
-      {"index",
-       bytes(caches_.lightmap.cache) + bytes(grid.cache) + bytes(grid.brick) + bytes(grid.fine) + bytes(grid.depth)}};
+      {"surfels", surfels_.bytes()}, {"hierarchy", tree_.bytes()},   {"emission", driven_.bytes()},
+      {"radiosity", bytes(node_)},   {"links", links_.bytes()},      {"caches", caches_.placeBytes() + light_.bytes()},
+      {"bounce", bounce_.bytes()},   {"index", caches_.indexBytes()}};
   if (gridTexture()) sizes.emplace_back("grid texture", grid_.bytes());
   if (kHasMovingParts && moving_)
     sizes.emplace_back("moving parts", moving_->occluders.bytes() + moving_->parts.bytes());
@@ -138,8 +129,7 @@ Result<Owned<Backend>> makeCpuBackend(const Bake& bake, const BackendRequest& re
   if (simd == Simd::best)
     return Error{ErrorCode::usage,
                  "this processor or this build lacks the instruction set asked for in RelightOptions::simd"};
-  return Owned<Backend>(
-      makeOwned<cpu::CpuBackend>(request.memory, bake, request, simd, makeGridTexture(bake, request)));
+  return Owned<Backend>(makeOwned<cpu::CpuBackend>(request.memory, bake, request, simd, makeGridTexture(request)));
 }
 
 }  // namespace relume

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The CPU backend: steps 2 to 4 in order. Step 5 is nothing here, because step 6 reads the light map's cache indices
-// itself. Surfels, hierarchy and links are kept packed; caches stay the bake's own arrays.
+// itself. All is kept packed.
 #pragma once
 
 #include "relume/bake_data.h"
@@ -25,7 +25,7 @@ namespace relume::cpu {
 
 class CpuBackend final : public Backend {
  public:
-  // The bake must pass checkBake(); its caches are kept, the rest is read here only. `simd` must be one that this
+  // The bake must pass checkBake() and is read here only, but for moving parts. `simd` must be one that this
   // processor has. texture: of the grid, may be empty.
   CpuBackend(const Bake& bake, const BackendRequest& request, Simd simd, GridTexture texture);
 
@@ -46,9 +46,9 @@ class CpuBackend final : public Backend {
  private:
   // What RelightOptions::movingParts needs.
   struct Moving {
-    Moving(const Bake& bake, const Caches& caches, const LinkSet& links, const BackendRequest& request, Simd simd)
+    Moving(const Bake& bake, const LinkSet& links, const BackendRequest& request, Simd simd)
         : parts(request.options.movingParts, request.memory),
-          occluders(bake, caches, links, request.bands, request.options.movingLag, simd, request.memory) {}
+          occluders(bake, links, request.bands, request.options.movingLag, simd, request.memory) {}
 
     PlacedParts parts;
     OccludeLinks occluders;
@@ -57,7 +57,7 @@ class CpuBackend final : public Backend {
   CpuBackend(const Bake& bake, const BackendRequest& request, Simd simd, GridTexture texture,
              std::pmr::vector<std::uint32_t> order);
 
-  Caches caches_;
+  const PackedCaches& caches_;
   LinkSet links_;
   LightCachesKernel cachesKernel_;
   const LightSurfelsKernel& surfelsKernel_;

@@ -16,8 +16,7 @@ void linksTowardAvx2(const LightCachesJob& job, const LinkCone& cone, std::uint3
   linksTowardOf(job, cone, begin, count, share, toward);
 }
 
-const LightSurfelsKernel kLightSurfelsAvx2 = {lightDirectly, colorCaches,     colorTexels,
-                                              addFlatBounce, addTiltedBounce, addGriddedBounce,
-                                              listBits,      storeSurfels,    pullNodes};
+const LightSurfelsKernel kLightSurfelsAvx2 = {lightDirectly,    colorCaches, addFlatBounce, addTiltedBounce,
+                                              addGriddedBounce, listBits,    storeSurfels,  pullNodes};
 
 }  // namespace relume::cpu

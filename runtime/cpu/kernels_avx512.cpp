@@ -16,8 +16,7 @@ void linksTowardAvx512(const LightCachesJob& job, const LinkCone& cone, std::uin
   linksTowardOf(job, cone, begin, count, share, toward);
 }
 
-const LightSurfelsKernel kLightSurfelsAvx512 = {lightDirectly, colorCaches,     colorTexels,
-                                                addFlatBounce, addTiltedBounce, addGriddedBounce,
-                                                listBits,      storeSurfels,    pullNodes};
+const LightSurfelsKernel kLightSurfelsAvx512 = {lightDirectly,    colorCaches, addFlatBounce, addTiltedBounce,
+                                                addGriddedBounce, listBits,    storeSurfels,  pullNodes};
 
 }  // namespace relume::cpu

@@ -16,8 +16,7 @@ void linksTowardBaseline(const LightCachesJob& job, const LinkCone& cone, std::u
   linksTowardOf(job, cone, begin, count, share, toward);
 }
 
-const LightSurfelsKernel kLightSurfelsBaseline = {lightDirectly, colorCaches,     colorTexels,
-                                                  addFlatBounce, addTiltedBounce, addGriddedBounce,
-                                                  listBits,      storeSurfels,    pullNodes};
+const LightSurfelsKernel kLightSurfelsBaseline = {lightDirectly,    colorCaches, addFlatBounce, addTiltedBounce,
+                                                  addGriddedBounce, listBits,    storeSurfels,  pullNodes};
 
 }  // namespace relume::cpu

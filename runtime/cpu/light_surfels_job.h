@@ -30,10 +30,14 @@ struct LightSurfelsJob {
   const PreparedLight* light = nullptr;
   std::uint32_t lightCount = 0;
   float bounceScale = 0.0f;
-  const std::uint32_t* texel =
-      nullptr;  // irradiance of each texel's cache for its own normal (runtime/shared/pack_color.h)
+  // Irradiance of each of the light map's caches for its own normal (runtime/shared/pack_color.h).
+  const std::uint32_t* color = nullptr;
   std::int32_t mapWidth = 0, mapHeight = 0;
-  const std::uint32_t* mapCache = nullptr;  // cache of each texel, all ones = none
+  // Cache of each texel, counted from the light map's first, all ones = none; and one more. Where mapCache is null: the
+  // same counted from the first of all, which is wideFirst.
+  const std::uint16_t* mapCache = nullptr;
+  const std::uint32_t* wideMapCache = nullptr;
+  std::int32_t wideFirst = 0;
   const float* lobe = nullptr;  // factors of the linear and of the clamped form by TiltedSurfel::angle, in turn
   bool thirdBand = false;       // whether lobes have more than four coefficients
   LightRows gridLight, mapLight;
@@ -42,10 +46,10 @@ struct LightSurfelsJob {
 // The irradiance of the light map's caches for their own normals.
 struct ColorCachesJob {
   LightRows light;
-  const float* normal = nullptr;   // of each cache, from light.first on: x, y, z
-  bool normalsCount = false;       // the linear form for a cache's normal; without, coefficient 0 alone counts:
-  float constant[2] = {};          // times this, for caches without and with a normal
-  std::uint32_t* color = nullptr;  // out, packed, from cache light.first on
+  const std::uint32_t* normal = nullptr;  // of each cache, from light.first on: packOctahedral() (formats/pack.h)
+  bool normalsCount = false;              // the linear form for a cache's normal; without, coefficient 0 alone counts:
+  float constant[2] = {};                 // times this, for caches without and with a normal
+  std::uint32_t* color = nullptr;         // out, packed, from cache light.first on
 };
 
 // A surfel that reads the light map for a normal that is not the map's.
@@ -67,9 +71,6 @@ struct LightSurfelsKernel {
   void (*direct)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, float* e);
   // Colours of the caches [begin, end), begin >= light.first; of those without a normal, black if normals count.
   void (*colorCaches)(const ColorCachesJob& job, std::uint32_t begin, std::uint32_t end);
-  // texel[t] = color[cache[t]], kNoColor where that is all ones.
-  void (*colorTexels)(const std::uint32_t* cache, const std::uint32_t* color, std::uint32_t count,
-                      std::uint32_t* texel);
   // e += bounceScale * the light map's, where a surfel's receiver is a point of it.
   void (*addFlatBounce)(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, float* e);
   // Where these surfels of the block that begins at `first` are, e becomes `before` + bounceScale * the light map's

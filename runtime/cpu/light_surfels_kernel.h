@@ -79,19 +79,28 @@ inline Floats dithers(Ints index) {
 
 // Y, Co, Cg a cache at a time, then lanes are caches.
 inline void colorCaches(const ColorCachesJob& job, std::uint32_t begin, std::uint32_t end) {
+  constexpr std::int32_t kNoNormal = static_cast<std::int32_t>(0x80008000u);  // kNoDirection of formats/pack.h
   constexpr float kLinear = 4.0f / 3.0f * 3.14159265f * 0.488602512f;
   const std::size_t luma = job.light.lumaCount, chroma = job.light.chromaCount;
   alignas(64) float e[3][kLanes] = {};
   for (std::uint32_t first = begin; first < end; first += kLanes) {
     const std::uint32_t count = end - first < kLanes ? end - first : kLanes, from = first - job.light.first;
+    Ints packed = Ints{} + kNoNormal;
+    __builtin_memcpy(&packed, job.normal + from, sizeof(std::uint32_t) * count);
+    Floats3 unpacked;
+    unpackDirections<16>(packed, unpacked.x, unpacked.y, unpacked.z);
+    const Ints hasNormal = packed != kNoNormal;
+    alignas(64) float normal[3][kLanes];
+    store(normal[0], asFloats(asInts(unpacked.x) & hasNormal));
+    store(normal[1], asFloats(asInts(unpacked.y) & hasNormal));
+    store(normal[2], asFloats(asInts(unpacked.z) & hasNormal));
     for (std::uint32_t i = 0; i < count; ++i) {
       const std::uint16_t *const row = rowOf(job.light, first + i), *const y = row + 1, *const co = y + luma,
                                  *const cg = co + chroma;
-      const float* const n = job.normal + 3 * std::size_t{from + i};
       const float unit = unitOf(row);
       if (job.normalsCount) {
         // As coefficients 1 to 3 lie; what follows them counts nothing.
-        const Float4 axis = kLinear * unit * Float4{n[1], n[2], n[0], 0.0f};
+        const Float4 axis = kLinear * unit * Float4{normal[1][i], normal[2][i], normal[0][i], 0.0f};
         e[0][i] = sumLanes(axis * loadWords<4>(y + 1));
         if (chroma > 1) {
           e[1][i] = sumLanes(axis * loadWords<4>(co + 1));
@@ -103,7 +112,7 @@ inline void colorCaches(const ColorCachesJob& job, std::uint32_t begin, std::uin
           e[2][i] = ratio * wordAt(cg);
         }
       } else {
-        const float factor = unit * job.constant[n[0] != 0.0f || n[1] != 0.0f || n[2] != 0.0f ? 1 : 0];
+        const float factor = unit * job.constant[hasNormal[i] != 0 ? 1 : 0];
         e[0][i] = factor * wordAt(y);
         e[1][i] = factor * wordAt(co);
         e[2][i] = factor * wordAt(cg);
@@ -114,30 +123,6 @@ inline void colorCaches(const ColorCachesJob& job, std::uint32_t begin, std::uin
                                  dithers(static_cast<std::int32_t>(first) + laneNumbers<Ints>()));
     __builtin_memcpy(job.color + from, &bits, sizeof(std::uint32_t) * count);
   }
-}
-
-inline void colorTexels(const std::uint32_t* cache, const std::uint32_t* color, std::uint32_t count,
-                        std::uint32_t* texel) {
-  std::uint32_t t = 0;
-  for (; t + kLanes <= count; t += kLanes) {
-    const Ints found = load<Ints>(cache + t), isThere = found != -1;
-    const Ints bits = gather(color, found & isThere) | ~isThere;
-    __builtin_memcpy(texel + t, &bits, sizeof bits);
-  }
-  for (; t < count; ++t) texel[t] = cache[t] == 0xFFFFFFFFu ? cache[t] : color[cache[t]];
-}
-
-// Adds the colours of these texels, and their weights, where there are any.
-inline void addTexels(const LightSurfelsJob& job, Ints texel, Floats weight, Floats& r, Floats& g, Floats& b,
-                      Floats& total) {
-  const Ints bits = gather(job.texel, texel);
-  weight = asFloats(asInts(weight) & (bits != -1));
-  Floats tr, tg, tb;
-  unpackColors(bits, tr, tg, tb);
-  r += weight * tr;
-  g += weight * tg;
-  b += weight * tb;
-  total += weight;
 }
 
 // The four texels around receivers and their weights, as texelsAround() of stencil.h.
@@ -163,14 +148,46 @@ struct TexelQuads {
     weight[2] = (one - fx) * fy;
     weight[3] = fx * fy;
   }
+
+  // Their caches, counted from the light map's first, all ones where there is none. Where a texel's right neighbour is
+  // not the next one, but the same, its weight is 0 and its cache anything.
+  __attribute__((always_inline)) void caches(const LightSurfelsJob& job, Ints* cache) const {
+    if (job.mapCache != nullptr) {
+      for (int k = 0; k < 4; k += 2) {
+        const Ints pair = gatherPairs(job.mapCache, texel[k]), first = pair & 0xFFFF, second = (pair >> 16) & 0xFFFF;
+        cache[k] = first | (first == 0xFFFF);
+        cache[k + 1] = second | (second == 0xFFFF);
+      }
+      return;
+    }
+    for (int k = 0; k < 4; ++k) {
+      const Ints found = gather(job.wideMapCache, texel[k]);
+      cache[k] = (found - job.wideFirst) | (found == -1);
+    }
+  }
 };
+
+// Adds the colours of these caches, and their weights, where there are any.
+inline void addCaches(const LightSurfelsJob& job, Ints cache, Floats weight, Floats& r, Floats& g, Floats& b,
+                      Floats& total) {
+  const Ints isThere = cache != -1, bits = gather(job.color, cache & isThere);
+  weight = asFloats(asInts(weight) & isThere);
+  Floats tr, tg, tb;
+  unpackColors(bits, tr, tg, tb);
+  r += weight * tr;
+  g += weight * tg;
+  b += weight * tb;
+  total += weight;
+}
 
 inline void addFlatBounce(const LightSurfelsJob& job, std::uint32_t first, std::uint32_t count, float* e) {
   for (std::uint32_t i = 0; i < count; i += kLanes) {
     const Ints receiver = loadWord(job, 3, first + i);
     const TexelQuads quads(job, receiver);
+    Ints cache[4];
+    quads.caches(job, cache);
     Floats r{}, g{}, b{}, total{};
-    for (int k = 0; k < 4; ++k) addTexels(job, quads.texel[k], quads.weight[k], r, g, b, total);
+    for (int k = 0; k < 4; ++k) addCaches(job, cache[k], quads.weight[k], r, g, b, total);
     Floats scale = job.bounceScale / max(total, splat(1e-20f));
     scale = asFloats(asInts(scale) & (receiver != -1) & (total > 0.0f));
     store(e + i, load<Floats>(e + i) + scale * r);
@@ -325,10 +342,11 @@ inline void addTilted(const LightSurfelsJob& job, std::uint32_t first, const Til
     alignas(64) std::uint32_t pair[4][kLanes];  // of words, where a cache's row begins
     alignas(64) float weight[4][kLanes], lobe[kLanes][16], sum[3][kLanes] = {};
     Floats total{};
+    Ints cache[4];
+    quads.caches(job, cache);
     for (int k = 0; k < 4; ++k) {
-      const Ints found = gather(job.mapCache, quads.texel[k]), isThere = found != -1;
-      const Ints index =
-          (found - static_cast<std::int32_t>(light.first)) * static_cast<std::int32_t>(light.words / 2) & isThere;
+      const Ints isThere = cache[k] != -1;
+      const Ints index = cache[k] * static_cast<std::int32_t>(light.words / 2) & isThere;
       __builtin_memcpy(pair[k], &index, sizeof index);
       quads.weight[k] = asFloats(asInts(quads.weight[k]) & isThere);
       store(weight[k], quads.weight[k] * unitsOf(light, index));

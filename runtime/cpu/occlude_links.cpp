@@ -92,20 +92,21 @@ struct OccludeLinks::Hidden {
   glm::vec3 radiosity{0.0f}, direction{0.0f};
 };
 
-OccludeLinks::OccludeLinks(const Bake& bake, const Caches& caches, const LinkSet& links, const CacheBands& bands,
-                           std::uint32_t lag, Simd simd, std::pmr::memory_resource* memory)
-    : caches_(caches),
+OccludeLinks::OccludeLinks(const Bake& bake, const LinkSet& links, const CacheBands& bands, std::uint32_t lag,
+                           Simd simd, std::pmr::memory_resource* memory)
+    : caches_{bake.caches.positionWorld, bake.caches.normal, {}, {}},
       links_(links),
       irradianceOnMap_(bake.links.kind == LinkKind::irradiance),
       toward_(knowDirections(bake.links.kind) ? linksTowardKernel(simd) : nullptr),
       points_(bake.hierarchy, bake.surfels, memory),
-      turns_(caches, lag, memory),
-      change_(bands, caches.count(), caches.firstMapCache(), memory),
-      hiddenMost_(caches.count() + kLightRowRoom, kNotNear, memory),
+      turns_(caches_, lag, memory),
+      change_(bands, bake.caches.count(), bake.caches.firstMapCache(), memory),
+      hiddenMost_(bake.caches.count() + kLightRowRoom, kNotNear, memory),
       perLuma_(hiddenMost_.size(), 0.0f, memory) {}
 
 std::size_t OccludeLinks::bytes() const {
-  return points_.bytes() + turns_.bytes() + change_.bytes() + hiddenMost_.size() * 2 * sizeof(float);
+  return caches_.count() * 2 * sizeof(glm::vec3) + points_.bytes() + turns_.bytes() + change_.bytes() +
+         hiddenMost_.size() * 2 * sizeof(float);
 }
 
 bool OccludeLinks::findNear(const PlacedParts& parts, std::uint32_t cache, Near& near) const {

@@ -35,10 +35,10 @@ using LinksTowardKernel = void (*)(const LightCachesJob& job, const LinkCone& co
 
 class OccludeLinks {
  public:
-  // The caches and links must outlive this. bands: of the caches. lag: RelightOptions::movingLag. memory: keeps all of
+  // The links must outlive this. bands: of the caches. lag: RelightOptions::movingLag. memory: keeps all of
   // this.
-  OccludeLinks(const Bake& bake, const Caches& caches, const LinkSet& links, const CacheBands& bands, std::uint32_t lag,
-               Simd simd, std::pmr::memory_resource* memory);
+  OccludeLinks(const Bake& bake, const LinkSet& links, const CacheBands& bands, std::uint32_t lag, Simd simd,
+               std::pmr::memory_resource* memory);
 
   LookTurns& turns() { return turns_; }
   // Find what parts change of the caches [begin, end). node: radiosity (runtime/shared/pack_color.h). Ranges that are
@@ -68,7 +68,7 @@ class OccludeLinks {
             glm::vec3& radiosity) const;
   Hidden look(const PlacedParts& parts, const Near& near, std::uint32_t cache, const Candidate& candidate) const;
 
-  const Caches& caches_;
+  Caches caches_;  // of the bake, positions and normals alone
   const LinkSet& links_;
   bool irradianceOnMap_;      // links of the map's caches weigh by the cosine at the cache
   LinksTowardKernel toward_;  // null = links know no direction, the senders' spheres are looked at

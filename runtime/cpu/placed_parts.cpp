@@ -35,7 +35,7 @@ void PlacedParts::reserve(const LightSetup& setup) {
   light_.reserve(patches);
 }
 
-void PlacedParts::place(const LightSetup& setup, const Caches& caches, const CacheLight* light,
+void PlacedParts::place(const LightSetup& setup, const PackedCaches& caches, const CacheLight* light,
                         const ParallelFor& parallelFor) {
   part_.clear();
   sphere_.clear();
@@ -83,7 +83,7 @@ void PlacedParts::lightViews(const PlacedPart& part, View* view) const {
   }
 }
 
-void PlacedParts::lightPatches(const LightSetup& setup, const Caches& caches, const CacheLight* light,
+void PlacedParts::lightPatches(const LightSetup& setup, const PackedCaches& caches, const CacheLight* light,
                                std::uint32_t begin, std::uint32_t end) {
   const std::uint32_t count = end - begin;
   std::array<glm::vec3, kPatches> place, normal, irradiance{}, bounced{};

@@ -2,10 +2,10 @@
 // The moving parts of a frame: where each shape stands, the sphere around it, and the radiosity of its patches.
 #pragma once
 
-#include "relume/caches.h"
 #include "relume/lights.h"
 #include "relume/relighter.h"
 #include "runtime/moving/place_shape.h"
+#include "runtime/shared/packed_caches.h"
 #include "runtime/shared/resolve.h"
 
 #include <glm/vec3.hpp>
@@ -49,7 +49,8 @@ class PlacedParts {
   void reserve(const LightSetup& setup);
   // Place the frame's parts, which checkMovingParts() has passed, and light their patches: punctual lights, and
   // bounceScale times what the grid has. Parts that are flattened are left out. light: null = no light yet.
-  void place(const LightSetup& setup, const Caches& caches, const CacheLight* light, const ParallelFor& parallelFor);
+  void place(const LightSetup& setup, const PackedCaches& caches, const CacheLight* light,
+             const ParallelFor& parallelFor);
 
   std::span<const PlacedPart> parts() const { return part_; }
   std::span<const PartSphere> spheres() const { return sphere_; }  // of the same
@@ -69,7 +70,7 @@ class PlacedParts {
 
  private:
   void lightViews(const PlacedPart& part, View* view) const;
-  void lightPatches(const LightSetup& setup, const Caches& caches, const CacheLight* light, std::uint32_t begin,
+  void lightPatches(const LightSetup& setup, const PackedCaches& caches, const CacheLight* light, std::uint32_t begin,
                     std::uint32_t end);
 
   std::pmr::vector<PlacedPart> part_;

@@ -252,7 +252,7 @@ Result<Owned<Backend>> makeGlBackend(const Bake& bake, const BackendRequest& req
   const Result<gl::Functions> functions = gl::loadFunctions(request.options.getProcAddress);
   if (!functions) return functions.error();
   const GpuDevice device = gl::deviceOf(*functions, gpu::GroupThreads::parallel);
-  GridTexture texture = makeGridTexture(bake, request, device.volumeSide);
+  GridTexture texture = makeGridTexture(request, device.volumeSide);
   // Where the driver cannot bind its shares receivers read the caches around.
   if (sizeof(std::uint32_t) * (texture.begin.size() + texture.shares.size()) > device.storageBytes)
     texture = GridTexture(request.memory);

@@ -235,7 +235,8 @@ void FramePlan::makePull(GroupThreads threads) {
 }
 
 void FramePlan::makeBuffers(const GridTexture& texture, std::uint32_t movingParts, std::uint32_t movingLag) {
-  SenderArrays senders = packSenders(bake_, bands_.lumaBands, memory_);
+  const PackedCaches caches(bake_.caches, memory_);
+  SenderArrays senders = packSenders(bake_, caches, bands_.lumaBands, memory_);
   flatEnd_ = senders.flatEnd;
   tiltedEnd_ = senders.tiltedEnd;
   surfelEnd_ = senders.surfelEnd;
@@ -255,8 +256,8 @@ void FramePlan::makeBuffers(const GridTexture& texture, std::uint32_t movingPart
   addBuffer(kCacheLight, "caches", GpuUse::light, {}, firstMapCache_ * cacheBytes(bands_));
   addBuffer(kMapTexels, "texels of caches", GpuUse::constant, keep(listTexels(bake_.caches, firstMapCache_, memory_)));
   addBuffer(kTexelColors, "texel irradiance", GpuUse::light, keep(darkTexels(bake_.caches.lightmap, memory_)));
-  const PackedGridLayout grid = layoutGrid(bake_.caches.grid, texture);
-  addBuffer(kGrid, "grid", GpuUse::constant, keep(packGrid(bake_.caches, grid, memory_)));
+  const PackedGridLayout grid = layoutGrid(caches.grid(), texture);
+  addBuffer(kGrid, "grid", GpuUse::constant, keep(packGrid(caches.grid(), grid, memory_)));
   std::pmr::vector<gl::RelumeResolve> resolve(1, grid.resolve, memory_);
   addBuffer(kResolve, "resolve", GpuUse::constant, keep(std::move(resolve)));
   std::pmr::vector<gl::RelumeSurfels> box(1, surfelBox_, memory_);

@@ -17,13 +17,13 @@ using gl::kRelumeNone;
 static_assert(gl::kRelumeCacheBits == kCacheBits);
 
 // Surfels by kind, in blocks; `ends` are where each kind ends.
-LeafBlocks placeSurfels(const Bake& bake, int lumaBands, std::span<std::uint32_t, 3> ends,
+LeafBlocks placeSurfels(const Bake& bake, const PackedMap& map, int lumaBands, std::span<std::uint32_t, 3> ends,
                         std::pmr::memory_resource* memory) {
   const Hierarchy& hierarchy = bake.hierarchy;
   const std::uint32_t count = bake.surfels.count();
   std::pmr::vector<ReceiverKind> kindOf(count, memory);
   for (std::uint32_t s = 0; s < count; ++s)
-    kindOf[s] = receiverKind(bake.caches, bake.surfels, s, normalsCount(bake.links.kind, lumaBands));
+    kindOf[s] = receiverKind(map, bake.surfels, s, normalsCount(bake.links.kind, lumaBands));
   LeafBlocks blocks(memory);
   // Each kind, and then the sky, ends a block.
   blocks.reserve(hierarchy.leafNode.size() + 4 * RELUME_SURFEL_GROUP);
@@ -59,12 +59,12 @@ void packEmitters(const Emitters& emitters, std::span<const SenderSlot> slots, S
 }
 
 // Where the shares of each gridded surfel begin, then the shares.
-void packGridded(const Bake& bake, std::span<const SenderSlot> slots, SenderArrays& out) {
+void packGridded(const Bake& bake, const PackedCaches& caches, std::span<const SenderSlot> slots, SenderArrays& out) {
   std::pmr::vector<std::uint32_t> shares(out.gridded.get_allocator().resource());
   const std::size_t sharesBegin = slots.size() + 1;
   for (const SenderSlot& each : slots) {
     out.gridded.push_back(static_cast<std::uint32_t>(sharesBegin + shares.size()));
-    if (each.node != kRelumeNone) appendGridShares(bake.caches, bake.surfels, each.surfel, shares);
+    if (each.node != kRelumeNone) appendGridShares(caches, bake.surfels, each.surfel, shares);
   }
   out.gridded.push_back(static_cast<std::uint32_t>(sharesBegin + shares.size()));
   out.gridded.insert(out.gridded.end(), shares.begin(), shares.end());
@@ -72,12 +72,13 @@ void packGridded(const Bake& bake, std::span<const SenderSlot> slots, SenderArra
 
 }  // namespace
 
-SenderArrays packSenders(const Bake& bake, int lumaBands, std::pmr::memory_resource* memory) {
+SenderArrays packSenders(const Bake& bake, const PackedCaches& caches, int lumaBands,
+                         std::pmr::memory_resource* memory) {
   const Surfels& surfels = bake.surfels;
   const Hierarchy& hierarchy = bake.hierarchy;
   SenderArrays out(memory);
   std::array<std::uint32_t, 3> ends{};
-  LeafBlocks blocks = placeSurfels(bake, lumaBands, ends, memory);
+  LeafBlocks blocks = placeSurfels(bake, caches.map(), lumaBands, ends, memory);
   out.flatEnd = ends[0];
   out.tiltedEnd = ends[1];
   out.surfelEnd = ends[2];
@@ -97,7 +98,7 @@ SenderArrays packSenders(const Bake& bake, int lumaBands, std::pmr::memory_resou
     if (out.emits) out.emission[i] = packColor(surfels.emission[s], ditherOf(s));
   }
   packEmitters(bake.emitters, blocks.slots(), out);
-  packGridded(bake, blocks.slots().subspan(out.tiltedEnd), out);
+  packGridded(bake, caches, blocks.slots().subspan(out.tiltedEnd), out);
 
   std::pmr::vector<std::uint32_t> sky(hierarchy.leafNode.begin() + surfels.count(), hierarchy.leafNode.end(), memory);
   std::sort(sky.begin(), sky.end());
@@ -111,7 +112,7 @@ SenderArrays packSenders(const Bake& bake, int lumaBands, std::pmr::memory_resou
 
 std::pmr::vector<std::uint32_t> orderSurfels(const Bake& bake, int lumaBands, std::pmr::memory_resource* memory) {
   std::array<std::uint32_t, 3> ends{};
-  const LeafBlocks blocks = placeSurfels(bake, lumaBands, ends, memory);
+  const LeafBlocks blocks = placeSurfels(bake, PackedMap(bake.caches, memory), lumaBands, ends, memory);
   std::pmr::vector<std::uint32_t> order(memory);
   order.reserve(blocks.slots().size());
   for (const SenderSlot& each : blocks.slots()) order.push_back(each.surfel);

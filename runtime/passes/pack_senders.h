@@ -5,6 +5,7 @@
 
 #include "relume/bake_data.h"
 #include "runtime/shared/pack_surfel.h"
+#include "runtime/shared/packed_caches.h"
 #include "shaders/shared/layout.h"
 
 #include <cstdint>
@@ -29,7 +30,8 @@ struct SenderArrays {
   std::uint32_t flatEnd = 0, tiltedEnd = 0, surfelEnd = 0, senderEnd = 0;
 };
 
-SenderArrays packSenders(const Bake& bake, int lumaBands, std::pmr::memory_resource* memory);
+SenderArrays packSenders(const Bake& bake, const PackedCaches& caches, int lumaBands,
+                         std::pmr::memory_resource* memory);
 
 // The surfel of each slot, kRelumeNone at empty ones: the order of SenderArrays::surfels.
 std::pmr::vector<std::uint32_t> orderSurfels(const Bake& bake, int lumaBands, std::pmr::memory_resource* memory);

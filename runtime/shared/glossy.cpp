@@ -88,23 +88,23 @@ glm::vec3 gather(const CacheLight& light, const CacheBands& held, const Stencil&
 
 }  // namespace
 
-glm::vec3 glossyOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv,
+glm::vec3 glossyOnLightmap(const PackedCaches& caches, const CacheLight& light, const glm::vec2& uv,
                            const glm::vec3& reflected, float exponent) {
   if (!std::isfinite(uv.x) || !std::isfinite(uv.y) || !canShade(reflected)) return glm::vec3(0.0f);
-  const Stencil stencil = lightmapStencil(caches, uv);
+  const Stencil stencil = lightmapStencil(caches.map(), uv);
   const float total = stencil.total();
   if (!(total > 0.0f)) return glm::vec3(0.0f);
   if (light.irradianceOnMap) return irradianceOnLightmap(caches, light, uv, reflected) * std::numbers::inv_pi_v<float>;
   const CacheBands held = light.ofMap();
   const GlossyLobe lobe = makeGlossyLobe(held.lumaBands, reflected, exponent);
-  const glm::vec3 normal = meanNormal(caches, stencil);
+  const glm::vec3 normal = meanNormal(caches.map(), stencil);
   const float length = glm::length(normal);
   const float share =
       length > 0.0f ? shareAbove(held.lumaBands, lobe.factor, glm::dot(normal, reflected) / length) : 1.0f;
   return gather(light, held, stencil, lobe, 1.0f / total) / share;
 }
 
-glm::vec3 glossyInGrid(const Caches& caches, const CacheLight& light, const glm::vec3& positionWorld,
+glm::vec3 glossyInGrid(const PackedCaches& caches, const CacheLight& light, const glm::vec3& positionWorld,
                        const glm::vec3& normal, const glm::vec3& reflected, float exponent) {
   if (!isWithin(positionWorld, std::numeric_limits<float>::max()) || !canShade(normal) || !canShade(reflected))
     return glm::vec3(0.0f);

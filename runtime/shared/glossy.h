@@ -11,7 +11,7 @@
 // Chroma of fewer bands than luma takes the shape of luma's upper bands, in proportion (chromaOverLuma()).
 #pragma once
 
-#include "relume/caches.h"
+#include "runtime/shared/packed_caches.h"
 #include "runtime/shared/resolve.h"
 
 #include <glm/vec2.hpp>
@@ -23,11 +23,11 @@ namespace relume {
 // irradianceOnLightmap() and irradianceInGrid() are zero. `reflected` is unit, away from the surface. The exponent is
 // clamped to 0..kMaxExponent (include/relume/glossy.h). Irradiance caches (CacheBands::irradianceOnMap) know no
 // direction: they give irradiance / pi.
-glm::vec3 glossyOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv,
+glm::vec3 glossyOnLightmap(const PackedCaches& caches, const CacheLight& light, const glm::vec2& uv,
                            const glm::vec3& reflected, float exponent);
 
 // `normal` weighs the grid's points as in irradianceInGrid().
-glm::vec3 glossyInGrid(const Caches& caches, const CacheLight& light, const glm::vec3& positionWorld,
+glm::vec3 glossyInGrid(const PackedCaches& caches, const CacheLight& light, const glm::vec3& positionWorld,
                        const glm::vec3& normal, const glm::vec3& reflected, float exponent);
 
 }  // namespace relume

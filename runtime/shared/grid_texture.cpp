@@ -38,7 +38,7 @@ struct Around {
   float total = 0.0f;
 };
 
-Around lookAround(const Caches& caches, const glm::vec3& position) {
+Around lookAround(const PackedCaches& caches, const glm::vec3& position) {
   Around around;
   visitGridPoints(caches, position, [&](std::uint32_t cache, float corner, float visible, const glm::vec3& toward) {
     const float distance = glm::length(toward);
@@ -130,7 +130,7 @@ std::uint32_t writeShares(const PointCaches& caches, std::uint32_t half, float k
 }
 
 // Shares of the six texels of a point.
-void sharePoint(const Caches& caches, const GridTexture& texture, std::uint32_t point,
+void sharePoint(const PackedCaches& caches, const GridTexture& texture, std::uint32_t point,
                 const std::array<std::array<glm::vec3, 4>, kHalves>& normals, std::uint32_t* shares,
                 std::uint32_t* counts) {
   const glm::vec3 at(gridPoint(point, texture.resolution)), last(texture.resolution - 1u);
@@ -246,9 +246,9 @@ class CellCaches {
 
   // The largest share of a texel's weight that is of caches which another corner of the cell, one that sees any, does
   // not see: whether a wall goes through the cell, however near to its side.
-  float hidden(const Caches& caches, const GridTexture& texture, const Corners& corners) const {
-    const CacheGrid& grid = caches.grid;
-    if (grid.depth.empty()) return 0.0f;
+  float hidden(const PackedCaches& caches, const GridTexture& texture, const Corners& corners) const {
+    const PackedGrid& grid = caches.grid();
+    if (grid.sight.empty()) return 0.0f;
     std::array<float, kMax> unseen;
     float largest = 0.0f;
     for (std::uint32_t from = 0; from < 8; ++from) {
@@ -256,9 +256,7 @@ class CellCaches {
       const glm::vec3 corner =
           texture.originWorld + glm::vec3(gridPoint(corners.point[from], texture.resolution)) * texture.spacing;
       for (std::size_t k = 0; k < count_; ++k) {
-        unseen[k] =
-            1.0f - depthWeight(grid.depth.data() + std::size_t{kDepthWords} * cache_[k],
-                               corner - caches.positionWorld[cache_[k]], grid.depthUnit(), grid.finestSpacing());
+        unseen[k] = 1.0f - grid.sight.weight(cache_[k], corner - grid.positionWorld[cache_[k]]);
       }
       for (const Texel& texel : texels_) {
         float sum = 0.0f;
@@ -291,7 +289,7 @@ class CellCaches {
 };
 
 // Whether the mean difference of a cell's receivers is below `trust`; not where none sees a cache.
-bool isOpen(const Caches& caches, const GridTexture& texture, const glm::uvec3& cell,
+bool isOpen(const PackedCaches& caches, const GridTexture& texture, const glm::uvec3& cell,
             const std::array<Probe, kProbes>& probes, float trust) {
   const Corners ends = cornersOf(texture, cell, glm::vec3(0.0f));
   CellCaches own(texture, ends);
@@ -357,7 +355,7 @@ bool openAround(const GridTexture& texture, const glm::uvec3& cell) {
 }
 
 // Place the points as densely as the limits allow; false where they allow none.
-bool placePoints(const CacheGrid& grid, const GridTextureLimits& limits, GridTexture& texture) {
+bool placePoints(const PackedGrid& grid, const GridTextureLimits& limits, GridTexture& texture) {
   for (const std::uint32_t parts : {4u, 3u, 2u, 1u}) {
     const glm::uvec3 r = (grid.resolution - 1u) * parts + 1u;
     // In floating point no product overflows.
@@ -397,10 +395,10 @@ std::size_t GridTexture::openCells() const {
       std::count_if(open.begin(), open.end(), [](std::uint8_t bits) { return (bits & kOpenCell) != 0; }));
 }
 
-GridTexture makeGridTexture(const Caches& caches, const GridTextureLimits& limits, const ParallelFor& parallelFor,
+GridTexture makeGridTexture(const PackedCaches& caches, const GridTextureLimits& limits, const ParallelFor& parallelFor,
                             std::pmr::memory_resource* memory) {
   GridTexture texture(memory);
-  if (caches.grid.cache.empty() || !placePoints(caches.grid, limits, texture)) return texture;
+  if (caches.grid().cache.empty() || !placePoints(caches.grid(), limits, texture)) return texture;
 
   // Shares, first where each texel has room for the most.
   const std::uint32_t points = texture.points(), texels = kHalves * points;

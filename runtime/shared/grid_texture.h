@@ -14,8 +14,8 @@
 #pragma once
 
 #include "formats/irradiance_vector.h"
-#include "relume/caches.h"
 #include "relume/relighter.h"
+#include "runtime/shared/packed_caches.h"
 
 #include <array>
 #include <cstddef>
@@ -71,7 +71,7 @@ inline std::uint64_t textureDepth(std::uint64_t pointsAlongZ) { return 6 * (poin
 
 // Points four, three, two times or just as dense along each axis as the grid's lattice, the first that is within the
 // limits; empty where none is, and without a grid. On the threads of parallelFor. Throws std::bad_alloc.
-GridTexture makeGridTexture(const Caches& caches, const GridTextureLimits& limits, const ParallelFor& parallelFor,
+GridTexture makeGridTexture(const PackedCaches& caches, const GridTextureLimits& limits, const ParallelFor& parallelFor,
                             std::pmr::memory_resource* memory);
 
 // A texel as the processor keeps it: luma vector [W/m²], weight, Co and Cg of the axis, all times the weight;

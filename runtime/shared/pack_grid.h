@@ -5,9 +5,9 @@
 
 #include "formats/grid_depth.h"
 #include "formats/limits.h"
-#include "relume/caches.h"
 #include "relume/glossy.h"
 #include "runtime/shared/grid_texture.h"
+#include "runtime/shared/packed_caches.h"
 #include "runtime/shared/resolve.h"
 #include "shaders/shared/layout.h"
 
@@ -31,14 +31,14 @@ struct PackedGridLayout {
   std::size_t words = 0;
 };
 
-inline PackedGridLayout layoutGrid(const CacheGrid& grid, const GridTexture& texture) {
+inline PackedGridLayout layoutGrid(const PackedGrid& grid, const GridTexture& texture) {
   PackedGridLayout layout;
   gl::RelumeResolve& resolve = layout.resolve;
   resolve.gridOriginWorld = grid.originWorld;
   resolve.gridSpacing = grid.spacing;
   resolve.gridResolution = grid.resolution;
-  resolve.gridDepthUnit = grid.depthUnit();
-  resolve.gridFinestSpacing = grid.finestSpacing();
+  resolve.gridDepthUnit = grid.depthUnit;
+  resolve.gridFinestSpacing = grid.finestSpacing;
   resolve.gridTextureSpacing = texture.spacing;
   resolve.gridTextureStep = texture.resolution.z + 1;
   resolve.gridTextureResolution = texture.resolution;
@@ -48,27 +48,24 @@ inline PackedGridLayout layoutGrid(const CacheGrid& grid, const GridTexture& tex
   resolve.gridFine = static_cast<std::uint32_t>(layout.words);
   layout.words += grid.fine.size();
   resolve.gridCaches = static_cast<std::uint32_t>(layout.words);
-  resolve.gridDepthWords = grid.depth.empty() ? 0 : kDepthWords;
-  const auto grow = [&](std::uint32_t cache) {
-    if (cache < kHangingPoint) layout.caches = std::max(layout.caches, cache + 1);
-  };
-  for (const std::uint32_t cache : grid.cache) grow(cache);
-  for (const std::uint32_t cache : grid.fine) grow(cache);
+  resolve.gridDepthWords = grid.sight.empty() ? 0 : kDepthWords;
+  layout.caches = static_cast<std::uint32_t>(grid.positionWorld.size());
   layout.words += std::size_t{layout.caches} * (3 + resolve.gridDepthWords);
   return layout;
 }
 
-inline std::pmr::vector<std::uint32_t> packGrid(const Caches& caches, const PackedGridLayout& layout,
+inline std::pmr::vector<std::uint32_t> packGrid(const PackedGrid& grid, const PackedGridLayout& layout,
                                                 std::pmr::memory_resource* memory) {
-  const CacheGrid& grid = caches.grid;
   std::pmr::vector<std::uint32_t> words(memory);
   words.reserve(layout.words);
-  for (const auto* part : {&grid.cache, &grid.brick, &grid.fine}) words.insert(words.end(), part->begin(), part->end());
+  for (const CacheIndex* part : {&grid.cache, &grid.brick, &grid.fine}) {
+    for (std::size_t i = 0; i < part->size(); ++i) words.push_back((*part)[i]);
+  }
   const std::size_t depthWords = layout.resolve.gridDepthWords;
   for (std::uint32_t cache = 0; cache < layout.caches; ++cache) {
-    for (int k = 0; k < 3; ++k) words.push_back(std::bit_cast<std::uint32_t>(caches.positionWorld[cache][k]));
-    const auto depth = grid.depth.span().subspan(depthWords * cache, depthWords);
-    words.insert(words.end(), depth.begin(), depth.end());
+    for (int k = 0; k < 3; ++k) words.push_back(std::bit_cast<std::uint32_t>(grid.positionWorld[cache][k]));
+    words.resize(words.size() + depthWords);
+    if (depthWords > 0) grid.sight.read(cache, std::span(words).last(depthWords));
   }
   return words;
 }

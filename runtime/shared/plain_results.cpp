@@ -21,8 +21,8 @@ void putHalves(std::span<std::uint16_t> to, const glm::vec3& color, float alpha)
 
 // visit(texel, uv of its centre, normal of its cache) for texels that hold a cache; empty(texel) for the others.
 template <class Visit, class Empty>
-void forTexels(const Caches& caches, const ParallelFor& parallelFor, const Visit& visit, const Empty& empty) {
-  const Lightmap& map = caches.lightmap;
+void forTexels(const PackedCaches& caches, const ParallelFor& parallelFor, const Visit& visit, const Empty& empty) {
+  const PackedMap& map = caches.map();
   const auto row = [&](std::uint32_t y, std::uint32_t) {
     for (std::uint32_t x = 0; x < map.width; ++x) {
       const std::size_t texel = std::size_t{y} * map.width + x;
@@ -33,7 +33,7 @@ void forTexels(const Caches& caches, const ParallelFor& parallelFor, const Visit
       }
       const glm::vec2 uv((static_cast<float>(x) + 0.5f) / static_cast<float>(map.width),
                          (static_cast<float>(y) + 0.5f) / static_cast<float>(map.height));
-      visit(texel, uv, caches.normal[cache]);
+      visit(texel, uv, map.normalOf(cache));
     }
   };
   forChunks(parallelFor, map.height, 1, row);
@@ -41,7 +41,7 @@ void forTexels(const Caches& caches, const ParallelFor& parallelFor, const Visit
 
 }  // namespace
 
-void irradianceMap(const Caches& caches, const CacheLight& light, std::span<std::uint16_t> texels,
+void irradianceMap(const PackedCaches& caches, const CacheLight& light, std::span<std::uint16_t> texels,
                    const ParallelFor& parallelFor) {
   forTexels(
       caches, parallelFor,
@@ -56,7 +56,7 @@ void irradianceMap(const Caches& caches, const CacheLight& light, std::span<std:
 // (t, b, N) with E_0 on the axis and E_k on the ring at azimuth a_k, whose axial part is 1/2 and radial part s = sin
 // 60:
 //   c_N = 2 (E_0 - mean E_k),  c_0 = 2 mean E_k - E_0,  c_t = sum E_k cos a_k / (3 s),  c_b likewise with sin a_k.
-void irradianceMapL1(const Caches& caches, const CacheLight& light, std::span<std::uint16_t> texels,
+void irradianceMapL1(const PackedCaches& caches, const CacheLight& light, std::span<std::uint16_t> texels,
                      const ParallelFor& parallelFor) {
   constexpr int kRing = 6;
   constexpr float kSin60 = 0.866025404f;
@@ -89,7 +89,7 @@ void irradianceMapL1(const Caches& caches, const CacheLight& light, std::span<st
       });
 }
 
-void ambientVolume(const Caches& caches, const CacheLight& light, const AmbientVolume& volume,
+void ambientVolume(const PackedCaches& caches, const CacheLight& light, const AmbientVolume& volume,
                    std::span<glm::vec3> cubes, const ParallelFor& parallelFor) {
   const std::array<glm::vec3, 6> normals = {glm::vec3{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
                                             glm::vec3{0, -1, 0}, {0, 0, 1},  {0, 0, -1}};

@@ -27,15 +27,15 @@ enum class ReceiverKind { flat, tilted, gridded };
 // Whether light that arrives on the light map depends on a receiver's normal.
 inline bool normalsCount(LinkKind kind, int lumaBands) { return lumaBands > 1 && kind != LinkKind::irradiance; }
 
-inline ReceiverKind receiverKind(const Caches& caches, const Surfels& surfels, std::uint32_t s, bool normalsCount) {
+inline ReceiverKind receiverKind(const PackedMap& map, const Surfels& surfels, std::uint32_t s, bool normalsCount) {
   // Mean cosine, over the caches that a surfel reads, above which their irradiance is taken for its own.
   constexpr float kFlat = 0.97f;
   if (surfels.receiver[s] == kGridReceiver) return ReceiverKind::gridded;
   if (!normalsCount) return ReceiverKind::flat;
-  const Stencil stencil = lightmapStencil(caches, unpackUnorm16x2(surfels.receiver[s]));
+  const Stencil stencil = lightmapStencil(map, unpackUnorm16x2(surfels.receiver[s]));
   float sum = 0.0f;
   for (std::size_t k = 0; k < static_cast<std::size_t>(stencil.count); ++k) {
-    sum += stencil.weight[k] * glm::dot(caches.normal[stencil.cache[k]], surfels.normal[s]);
+    sum += stencil.weight[k] * glm::dot(map.normalOf(stencil.cache[k]), surfels.normal[s]);
   }
   return sum >= kFlat * stencil.total() ? ReceiverKind::flat : ReceiverKind::tilted;
 }
@@ -44,7 +44,7 @@ inline ReceiverKind receiverKind(const Caches& caches, const Surfels& surfels, s
 constexpr std::uint32_t kMaxShare = 1023;
 
 // Append those of surfel s, whose shares add up to 1; returns how many [0..16].
-inline std::uint32_t appendGridShares(const Caches& caches, const Surfels& surfels, std::uint32_t s,
+inline std::uint32_t appendGridShares(const PackedCaches& caches, const Surfels& surfels, std::uint32_t s,
                                       std::pmr::vector<std::uint32_t>& shares) {
   const Stencil stencil = gridStencil(caches, surfels.positionWorld[s], surfels.normal[s]);
   const float total = stencil.total();

@@ -102,14 +102,14 @@ glm::vec3 gather(const CacheLight& light, const Stencil& stencil, const Lobe& lo
 
 }  // namespace
 
-glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv,
+glm::vec3 irradianceOnLightmap(const PackedCaches& caches, const CacheLight& light, const glm::vec2& uv,
                                const glm::vec3& normal, const glm::vec3& geometricNormal) {
   if (!std::isfinite(uv.x) || !std::isfinite(uv.y) || !canShade(normal) || !canShade(geometricNormal))
     return glm::vec3(0.0f);
-  const Stencil stencil = lightmapStencil(caches, uv);
+  const Stencil stencil = lightmapStencil(caches.map(), uv);
   const float total = stencil.total();
   if (!(total > 0.0f)) return glm::vec3(0.0f);
-  const glm::vec3 cacheNormal = meanNormal(caches, stencil);
+  const glm::vec3 cacheNormal = meanNormal(caches.map(), stencil);
   // Irradiance caches answer for their own normal whatever the receiver's: (2 pi y_0) times coefficient 0.
   const SurfaceLobe share = light.irradianceOnMap
                                 ? SurfaceLobe{0.0f, 2.0f}
@@ -119,7 +119,7 @@ glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, co
   return gather(light, stencil, makeLobe(light, normal, share, single), normal, 1.0f / total);
 }
 
-glm::vec3 irradianceInGrid(const Caches& caches, const CacheLight& light, const glm::vec3& positionWorld,
+glm::vec3 irradianceInGrid(const PackedCaches& caches, const CacheLight& light, const glm::vec3& positionWorld,
                            const glm::vec3& normal) {
   if (!isWithin(positionWorld, std::numeric_limits<float>::max()) || !canShade(normal)) return glm::vec3(0.0f);
   const glm::vec3 near = glm::clamp(positionWorld, -kMaxCoordinate, kMaxCoordinate);

@@ -12,8 +12,8 @@
 // whatever the lobe.
 #pragma once
 
-#include "relume/caches.h"
 #include "runtime/shared/bands.h"
+#include "runtime/shared/packed_caches.h"
 #include "runtime/shared/stored_light.h"
 
 #include <glm/vec2.hpp>
@@ -50,9 +50,9 @@ inline constexpr float kMaxNormal2 = 4.0f;
 // and for a normal that is not finite or longer than 2. `uv` is a point of the light map, whichever of its
 // coordinate sets (front or back sides) it came from. Texels without a cache have weight 0, the others share it.
 // `normal` is the shading normal, `geometricNormal` that of the receiver's plane (formats/sh.h, surfaceLobe()).
-glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv,
+glm::vec3 irradianceOnLightmap(const PackedCaches& caches, const CacheLight& light, const glm::vec2& uv,
                                const glm::vec3& normal, const glm::vec3& geometricNormal);
-inline glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& light, const glm::vec2& uv,
+inline glm::vec3 irradianceOnLightmap(const PackedCaches& caches, const CacheLight& light, const glm::vec2& uv,
                                       const glm::vec3& normal) {
   return irradianceOnLightmap(caches, light, uv, normal, normal);
 }
@@ -60,7 +60,7 @@ inline glm::vec3 irradianceOnLightmap(const Caches& caches, const CacheLight& li
 // Trilinear between the points of the grid, the position clamped to it (and to 1e9 m, formats/limits.h); points behind
 // the receiver count less (the wrap weight), those behind a wall next to nothing (formats/grid_depth.h), points without
 // a cache nothing.
-glm::vec3 irradianceInGrid(const Caches& caches, const CacheLight& light, const glm::vec3& positionWorld,
+glm::vec3 irradianceInGrid(const PackedCaches& caches, const CacheLight& light, const glm::vec3& positionWorld,
                            const glm::vec3& normal);
 
 }  // namespace relume

@@ -2,8 +2,7 @@
 // Which caches a receiver reads, and how much of each: around a point of the light map, or of the grid.
 #pragma once
 
-#include "formats/grid_depth.h"
-#include "relume/caches.h"
+#include "runtime/shared/packed_caches.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -11,6 +10,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
 
 namespace relume {
@@ -23,7 +24,7 @@ struct TexelQuad {
 };
 
 // The map must not be empty. Any uv will do: NaN counts as 0.
-inline TexelQuad texelsAround(const Lightmap& map, const glm::vec2& uv) {
+inline TexelQuad texelsAround(const PackedMap& map, const glm::vec2& uv) {
   const glm::vec2 size(static_cast<float>(map.width), static_cast<float>(map.height));
   const glm::vec2 p = glm::min(glm::max(glm::vec2(0.0f), uv * size - 0.5f), size - 1.0f);
   const auto x0 = static_cast<std::uint32_t>(p.x), y0 = static_cast<std::uint32_t>(p.y);
@@ -53,22 +54,22 @@ struct Stencil {
 };
 
 // The caches of a point of the map, texels without one left out. Empty without a map.
-inline Stencil lightmapStencil(const Caches& caches, const glm::vec2& uv) {
+inline Stencil lightmapStencil(const PackedMap& map, const glm::vec2& uv) {
   Stencil stencil;
-  if (caches.lightmap.cache.empty()) return stencil;
-  const TexelQuad quad = texelsAround(caches.lightmap, uv);
+  if (map.cache.empty()) return stencil;
+  const TexelQuad quad = texelsAround(map, uv);
   for (std::size_t k = 0; k < 4; ++k) {
-    const std::uint32_t cache = caches.lightmap.cache[quad.texel[k]];
+    const std::uint32_t cache = map.cache[quad.texel[k]];
     if (cache != kNoCache) stencil.add(cache, quad.weight[k]);
   }
   return stencil;
 }
 
 // The mean of their normals: unit where they agree, the shorter the more they differ, zero when they have none.
-inline glm::vec3 meanNormal(const Caches& caches, const Stencil& stencil) {
+inline glm::vec3 meanNormal(const PackedMap& map, const Stencil& stencil) {
   glm::vec3 sum(0.0f);
   for (std::size_t k = 0; k < static_cast<std::size_t>(stencil.count); ++k) {
-    sum += stencil.weight[k] * caches.normal[stencil.cache[k]];
+    sum += stencil.weight[k] * map.normalOf(stencil.cache[k]);
   }
   const float total = stencil.total();
   return total > 0.0f ? sum / total : glm::vec3(0.0f);
@@ -77,9 +78,9 @@ inline glm::vec3 meanNormal(const Caches& caches, const Stencil& stencil) {
 // What the corners of a receiver's cell weigh before it is known which of their caches it sees: bit 0 of a corner is x.
 struct CornerWeights {
   std::array<float, 8> lattice{}, brick{};
-  glm::uvec3 cell{0};                     // of the lattice
-  glm::uvec3 middle{0};                   // which half of the brick along each axis
-  const std::uint32_t* points = nullptr;  // of the brick; null = none here
+  glm::uvec3 cell{0};      // of the lattice
+  glm::uvec3 middle{0};    // which half of the brick along each axis
+  std::size_t points = 0;  // where the brick's are in PackedGrid::fine
 };
 
 // Weights of a cube's corners at f within it.
@@ -93,7 +94,7 @@ inline glm::uvec3 cornerOffset(std::uint32_t corner) { return {corner & 1u, (cor
 
 // The cell of a receiver, the position clamped to the lattice. A hanging point of a brick hands its weight to the
 // corners of the lattice that it lies between.
-inline CornerWeights cornersAround(const CacheGrid& grid, const glm::vec3& positionWorld) {
+inline CornerWeights cornersAround(const PackedGrid& grid, const glm::vec3& positionWorld) {
   CornerWeights corners;
   const glm::uvec3 cells = grid.cells();
   const glm::vec3 safeSpacing = glm::max(grid.spacing, glm::vec3(1e-20f));
@@ -109,12 +110,12 @@ inline CornerWeights cornersAround(const CacheGrid& grid, const glm::vec3& posit
     corners.lattice = trilinear(f);
     return corners;
   }
-  corners.points = grid.fine.data() + std::size_t{kBrickWords} * brick;
+  corners.points = std::size_t{kBrickWords} * brick;
   corners.middle = glm::min(glm::uvec3(2.0f * f), glm::uvec3(1u));
   corners.brick = trilinear(2.0f * f - glm::vec3(corners.middle));
   for (std::uint32_t c = 0; c < 8; ++c) {
     const glm::uvec3 at = corners.middle + cornerOffset(c);
-    if (corners.points[(at.z * 3 + at.y) * 3 + at.x] != kHangingPoint) continue;
+    if (grid.fine[corners.points + (at.z * 3 + at.y) * 3 + at.x] != kHangingPoint) continue;
     const std::array<float, 8> share = trilinear(0.5f * glm::vec3(at));
     for (std::size_t k = 0; k < 8; ++k) corners.lattice[k] += corners.brick[c] * share[k];
     corners.brick[c] = 0.0f;
@@ -133,33 +134,29 @@ inline float wrapWeight(float cosine) {
 // much of it is seen from there (formats/grid_depth.h), and the way from the position to it [m]. At most sixteen;
 // points without a cache are left out. Needs a grid.
 template <class Visit>
-void visitGridPoints(const Caches& caches, const glm::vec3& positionWorld, const Visit& visit) {
-  const CacheGrid& grid = caches.grid;
+void visitGridPoints(const PackedCaches& caches, const glm::vec3& positionWorld, const Visit& visit) {
+  const PackedGrid& grid = caches.grid();
   const CornerWeights corners = cornersAround(grid, positionWorld);
-  const float unit = grid.depthUnit(), spacing = grid.finestSpacing();
   const auto add = [&](std::uint32_t cache, float w) {
     if (cache == kNoCache) return;
-    const glm::vec3 toward = caches.positionWorld[cache] - positionWorld;
-    const float visible =
-        grid.depth.empty() ? 1.0f
-                           : depthWeight(grid.depth.data() + std::size_t{kDepthWords} * cache, -toward, unit, spacing);
-    visit(cache, w, visible, toward);
+    const glm::vec3 toward = grid.positionWorld[cache] - positionWorld;
+    visit(cache, w, grid.sight.empty() ? 1.0f : grid.sight.weight(cache, -toward), toward);
   };
   const glm::uvec3 r = grid.resolution;
   for (std::uint32_t c = 0; c < 8; ++c) {
     const glm::uvec3 offset = cornerOffset(c), at = glm::min(corners.cell + offset, r - 1u),
                      fine = corners.middle + offset;
     if (corners.lattice[c] > 0.0f) add(grid.cache[(std::size_t{at.z} * r.y + at.y) * r.x + at.x], corners.lattice[c]);
-    if (corners.brick[c] > 0.0f) add(corners.points[(fine.z * 3 + fine.y) * 3 + fine.x], corners.brick[c]);
+    if (corners.brick[c] > 0.0f) add(grid.fine[corners.points + (fine.z * 3 + fine.y) * 3 + fine.x], corners.brick[c]);
   }
 }
 
 // The caches of the grid around a receiver with unit normal. Two weights beside the corners': wrap, as a cache behind
 // the receiver's plane sees what the receiver does not; and visibility, as one behind a wall sees another room. Points
 // without a cache are left out.
-inline Stencil gridStencil(const Caches& caches, const glm::vec3& positionWorld, const glm::vec3& normal) {
+inline Stencil gridStencil(const PackedCaches& caches, const glm::vec3& positionWorld, const glm::vec3& normal) {
   Stencil stencil;
-  if (caches.grid.cache.empty()) return stencil;
+  if (caches.grid().cache.empty()) return stencil;
   visitGridPoints(caches, positionWorld,
                   [&](std::uint32_t cache, float corner, float visible, const glm::vec3& toward) {
                     const float distance = glm::length(toward);

@@ -90,7 +90,7 @@ std::pmr::vector<std::uint16_t> packCaches(const ResolveSource& source, const Ca
 
 void writeLightmap(const ResolveSource& source, const CacheLight& light, const ParallelFor& parallelFor,
                    std::span<std::byte> texels) {
-  const Lightmap& map = source.caches.lightmap;
+  const PackedMap& map = source.caches.map();
   std::fill(texels.begin(), texels.end(), std::byte{0});
   const CacheBands bands = source.bands.ofMap();
   const std::uint32_t first = source.caches.firstMapCache(), layers = Layers(bands).total();
@@ -107,8 +107,8 @@ void writeLightmap(const ResolveSource& source, const CacheLight& light, const P
       for (std::uint32_t layer = 0; layer < layers; ++layer, to += layerBytes, from += 4) std::memcpy(to, from, 8);
       // To the 127ths that the OpenGL backend's texture has.
       std::uint16_t normal[4] = {0, 0, 0, packHalf(1.0f)};
-      for (int k = 0; k < 3; ++k)
-        normal[k] = packHalf(std::round(127.0f * std::clamp(source.caches.normal[cache][k], -1.0f, 1.0f)) / 127.0f);
+      const glm::vec3 held = map.normalOf(cache);
+      for (int k = 0; k < 3; ++k) normal[k] = packHalf(std::round(127.0f * std::clamp(held[k], -1.0f, 1.0f)) / 127.0f);
       std::memcpy(to, normal, 8);
     }
   });
@@ -157,7 +157,7 @@ std::string plainGlsl(std::string_view text) {
 
 Result<TextureResolve> describeTextures(const ResolveSource& source) {
   const GridTexture none(source.memory);
-  const PackedGridLayout grid = layoutGrid(source.caches.grid, source.gridTexture ? *source.gridTexture : none);
+  const PackedGridLayout grid = layoutGrid(source.caches.grid(), source.gridTexture ? *source.gridTexture : none);
   const std::size_t cacheTexels = std::size_t{source.caches.firstMapCache()} * Layers(source.bands).total();
   const std::size_t most = std::max(grid.words, cacheTexels);
   if (most > std::size_t{kRow} * kMaxRows) {
@@ -166,7 +166,7 @@ Result<TextureResolve> describeTextures(const ResolveSource& source) {
                                              std::to_string(std::size_t{kRow} * kMaxRows)};
   }
   TextureResolve out;
-  const Lightmap& map = source.caches.lightmap;
+  const PackedMap& map = source.caches.map();
   // Without a light map an empty texel stands for it.
   const glm::uvec2 size = map.cache.empty() ? glm::uvec2(1) : glm::uvec2(map.width, map.height);
   out.textures = {
@@ -209,8 +209,8 @@ void writeTexels(const ResolveSource& source, std::size_t texture, const CacheLi
       return copy(packed.data(), packed.size() * sizeof(packed[0]));
     }
     case kWords: {
-      const PackedGridLayout layout = layoutGrid(source.caches.grid, GridTexture(source.memory));
-      const std::pmr::vector<std::uint32_t> words = packGrid(source.caches, layout, source.memory);
+      const PackedGridLayout layout = layoutGrid(source.caches.grid(), GridTexture(source.memory));
+      const std::pmr::vector<std::uint32_t> words = packGrid(source.caches.grid(), layout, source.memory);
       static_assert(std::endian::native == std::endian::little, "the lowest byte of a word is red");
       return copy(words.data(), words.size() * sizeof(words[0]));
     }

@@ -3,12 +3,12 @@
 // reads it.
 #pragma once
 
-#include "relume/caches.h"
 #include "relume/relighter.h"
 #include "relume/result.h"
 #include "relume/texture_resolve.h"
 #include "runtime/shared/bands.h"
 #include "runtime/shared/grid_texture.h"
+#include "runtime/shared/packed_caches.h"
 #include "runtime/shared/resolve.h"
 
 #include <cstddef>
@@ -20,7 +20,7 @@ namespace relume {
 
 // A relighter's light and what it lies on. All must outlive this.
 struct ResolveSource {
-  const Caches& caches;
+  const PackedCaches& caches;
   CacheBands bands;
   const GridTexture* gridTexture;  // null = none
   std::pmr::memory_resource* memory;

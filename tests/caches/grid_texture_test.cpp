@@ -9,6 +9,7 @@
 #include "tests/caches/meshes.h"
 #include "tests/caches/placed.h"
 #include "tests/caches/two_rooms.h"
+#include "tests/packed.h"
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -58,7 +59,7 @@ void expectNoLeak(const Caches& caches, float wall) {
   const std::vector<float> coefficients =
       uniformLight(caches, [wall](const glm::vec3& x) { return x.x < wall ? 1.0f : 0.0f; });
   const CacheLight light{kOneBand, coefficients, true};
-  cpu::GridVectors grid(makeGridTexture(caches, {}, {}, memory()), memory());
+  cpu::GridVectors grid(makeGridTexture(test::packed(caches), {}, {}, memory()), memory());
   grid.fill(light, {});
   ASSERT_FALSE(grid.texture().empty());
   test::DarkReceivers receivers(wall);
@@ -116,7 +117,7 @@ Caches lattice(const glm::uvec3& resolution, const glm::vec3& spacing = glm::vec
 // A grid whose texels are set by hand: linear in the position.
 TEST(GridTexture, linearFieldsAreReadExactly) {
   const Caches caches = lattice({5, 6, 7});
-  GridTexture texture = makeGridTexture(caches, {.trust = 1.0f, .bytes = 72 * 5 * 6 * 7}, {}, memory());
+  GridTexture texture = makeGridTexture(test::packed(caches), {.trust = 1.0f, .bytes = 72 * 5 * 6 * 7}, {}, memory());
   ASSERT_EQ(texture.resolution, glm::uvec3(5, 6, 7)) << "four, three and two times as dense are beyond the limit";
   const auto field = [](const glm::vec3& p) { return 5.0f + 0.3f * p.x - 0.2f * p.y + 0.11f * p.z; };
   std::vector<float> texels(kTexelFloats * 6 * texture.points(), 0.0f);
@@ -151,7 +152,7 @@ TEST(GridTexture, uniformLightIsPiEverywhere) {
   for (const glm::uvec3& resolution : {glm::uvec3(4, 3, 5), glm::uvec3(3, 1, 2), glm::uvec3(1, 1, 1)}) {
     const Caches caches = lattice(resolution);
     const std::vector<float> coefficients = uniformLight(caches, [](const glm::vec3&) { return 1.0f; });
-    cpu::GridVectors grid(makeGridTexture(caches, {.trust = 1.0f}, {}, memory()), memory());
+    cpu::GridVectors grid(makeGridTexture(test::packed(caches), {.trust = 1.0f}, {}, memory()), memory());
     grid.fill({kOneBand, coefficients, true}, {});
     ASSERT_FALSE(grid.texture().empty());
     std::mt19937 random(4);
@@ -173,7 +174,7 @@ TEST(GridTexture, uniformLightIsPiEverywhere) {
 
 TEST(GridTexture, sharesAddUpAndAreOfTheEightLargest) {
   const Caches caches = place(twoRooms(0.11f), {}, 0.8f);
-  const GridTexture texture = makeGridTexture(caches, {.trust = 1.0f}, {}, memory());
+  const GridTexture texture = makeGridTexture(test::packed(caches), {.trust = 1.0f}, {}, memory());
   ASSERT_EQ(texture.begin.size(), std::size_t{6} * texture.points() + 1);
   std::uint32_t known = 0, none = 0;
   for (std::size_t texel = 0; texel + 1 < texture.begin.size(); ++texel) {
@@ -196,7 +197,8 @@ TEST(GridTexture, isThatOfOneThreadOnTwo) {
   const ParallelFor backwards = [](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
     for (std::uint32_t i = tasks; i > 0; --i) body(i - 1);
   };
-  const GridTexture a = makeGridTexture(caches, {}, {}, memory()), b = makeGridTexture(caches, {}, backwards, memory());
+  const GridTexture a = makeGridTexture(test::packed(caches), {}, {}, memory()),
+                    b = makeGridTexture(test::packed(caches), {}, backwards, memory());
   EXPECT_EQ(a.begin, b.begin);
   EXPECT_EQ(a.shares, b.shares);
   EXPECT_EQ(a.open, b.open);
@@ -205,7 +207,7 @@ TEST(GridTexture, isThatOfOneThreadOnTwo) {
 TEST(GridTexture, limitsAndNoGridLeaveNone) {
   const Caches caches = lattice({4, 4, 4});
   const auto sideOf = [&](const GridTextureLimits& limits) {
-    return makeGridTexture(caches, limits, {}, memory()).resolution.x;
+    return makeGridTexture(test::packed(caches), limits, {}, memory()).resolution.x;
   };
   EXPECT_EQ(sideOf({}), 13u);
   EXPECT_EQ(sideOf({.bytes = 72 * 10 * 10 * 10}), 10u);
@@ -217,15 +219,15 @@ TEST(GridTexture, limitsAndNoGridLeaveNone) {
   EXPECT_EQ(sideOf({.maxSide = 6 * 14 - 1}), 13u);
   EXPECT_EQ(sideOf({.maxSide = 6 * 14 - 2}), 10u);
   EXPECT_EQ(sideOf({.maxSide = 28}), 0u);
-  EXPECT_TRUE(makeGridTexture(Caches(), {}, {}, memory()).empty());
-  EXPECT_EQ(makeGridTexture(caches, {.trust = 0.0f}, {}, memory()).openCells(), 0u);
+  EXPECT_TRUE(makeGridTexture(test::packed(Caches()), {}, {}, memory()).empty());
+  EXPECT_EQ(makeGridTexture(test::packed(caches), {.trust = 0.0f}, {}, memory()).openCells(), 0u);
 }
 
 // Receivers that are nowhere, and those far outside.
 TEST(GridTexture, answersForReceiversWithinItAlone) {
   const Caches caches = lattice({4, 4, 4});
   const std::vector<float> coefficients = uniformLight(caches, [](const glm::vec3&) { return 1.0f; });
-  cpu::GridVectors grid(makeGridTexture(caches, {.trust = 1.0f}, {}, memory()), memory());
+  cpu::GridVectors grid(makeGridTexture(test::packed(caches), {.trust = 1.0f}, {}, memory()), memory());
   grid.fill({kOneBand, coefficients, true}, {});
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
   const glm::vec3 middle = caches.grid.originWorld + 1.5f, up(0, 1, 0);
@@ -303,7 +305,7 @@ TEST(GridTexture, chromaFollowsLumaAsReceiversHaveIt) {
     std::vector<float> coefficients;
     for (std::uint32_t i = 0; i < caches.count(); ++i) coefficients.insert(coefficients.end(), one.begin(), one.end());
     const CacheLight light{bands, coefficients, true};
-    cpu::GridVectors grid(makeGridTexture(caches, {.trust = 1.0f}, {}, memory()), memory());
+    cpu::GridVectors grid(makeGridTexture(test::packed(caches), {.trust = 1.0f}, {}, memory()), memory());
     grid.fill(light, {});
     const glm::vec3 p = caches.grid.originWorld + 0.4f;
     for (int half = 0; half < 6; ++half) {
@@ -311,7 +313,7 @@ TEST(GridTexture, chromaFollowsLumaAsReceiversHaveIt) {
       n[half / 2] = half % 2 == 0 ? 1.0f : -1.0f;
       const auto e = readGridTexture(grid.texture(), grid.texels(), p, n, false);
       ASSERT_TRUE(e);
-      const glm::vec3 expected = irradianceInGrid(caches, light, p, n);
+      const glm::vec3 expected = irradianceInGrid(test::packed(caches), light, p, n);
       EXPECT_LT(glm::length(*e - expected), 2e-3f * glm::length(expected) + 2e-3f)
           << bands.lumaBands << " " << bands.chromaBands << " half " << half;
     }

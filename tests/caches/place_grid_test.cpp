@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 // The grid: walls part what stands on either side of them, bricks are where surfaces are, and light is continuous where
 // bricks end.
+#include "bake/base/random.h"
 #include "bake/caches/caches.h"
+#include "formats/grid_depth.h"
 #include "runtime/shared/stencil.h"
 #include "tests/caches/meshes.h"
 #include "tests/caches/placed.h"
 #include "tests/caches/two_rooms.h"
+#include "tests/packed.h"
 
 #include <gtest/gtest.h>
 #include <glm/ext/matrix_transform.hpp>
@@ -39,25 +42,48 @@ void place(const Scene& scene, const CacheOptions& options, Caches& result) {
 }
 
 // What receivers read of caches whose value is valueAt(their position).
-float readGrid(const Caches& caches, const glm::vec3& p, const glm::vec3& n,
+float readGrid(const PackedCaches& caches, const glm::vec3& p, const glm::vec3& n,
                const std::function<float(const glm::vec3&)>& valueAt) {
   const Stencil stencil = gridStencil(caches, p, n);
   float sum = 0.0f;
   for (std::size_t k = 0; k < static_cast<std::size_t>(stencil.count); ++k)
-    sum += stencil.weight[k] * valueAt(caches.positionWorld[stencil.cache[k]]);
+    sum += stencil.weight[k] * valueAt(caches.grid().positionWorld[stencil.cache[k]]);
   return sum / stencil.total();
 }
 
 // The largest share of the lit room's light that a receiver in the dark one reads.
 float leak(const Caches& caches, float wall) {
   test::DarkReceivers receivers(wall);
+  const PackedCaches packed = test::packed(caches);
   float max = 0.0f;
   for (int i = 0; i < 20000; ++i) {
     const test::DarkReceiver r = receivers.next();
     max = std::max(
-        max, readGrid(caches, r.position, r.normal, [wall](const glm::vec3& x) { return x.x < wall ? 1.0f : 0.0f; }));
+        max, readGrid(packed, r.position, r.normal, [wall](const glm::vec3& x) { return x.x < wall ? 1.0f : 0.0f; }));
   }
   return max;
+}
+
+// Packed depths say of every place of the grid what whole ones do, to the last bit.
+void expectSameSight(const Caches& caches) {
+  const PackedCaches packed = test::packed(caches);
+  const CacheGrid& grid = caches.grid;
+  EXPECT_LT(5 * packed.grid().sight.bytes(), 4 * sizeof(std::uint32_t) * grid.depth.size());
+  RandomStream random(1, 2, 3);
+  const glm::vec3 size = grid.spacing * glm::vec3(grid.resolution);
+  std::size_t hidden = 0;
+  for (int i = 0; i < 50000; ++i) {
+    // Up to half a spacing beyond the grid.
+    const glm::vec3 place =
+        grid.originWorld - 0.5f * grid.spacing + size * glm::vec3(random.uniform(), random.uniform(), random.uniform());
+    visitGridPoints(packed, place, [&](std::uint32_t cache, float, float visible, const glm::vec3& toward) {
+      const float whole = depthWeight(grid.depth.data() + std::size_t{kDepthWords} * cache, -toward, grid.depthUnit(),
+                                      grid.finestSpacing());
+      ASSERT_EQ(visible, whole) << "cache " << cache;
+      hidden += whole < 0.5f ? 1 : 0;
+    });
+  }
+  EXPECT_GT(hidden, 10000u);
 }
 
 class Wall : public testing::TestWithParam<float> {};
@@ -70,6 +96,7 @@ TEST_P(Wall, BetweenALitAndADarkRoomLeaksNothingOnALattice) {
   place(twoRooms(wall), options, caches);
   EXPECT_TRUE(caches.grid.brick.empty());
   EXPECT_LT(leak(caches, wall), 0.01f);
+  expectSameSight(caches);
 }
 
 TEST_P(Wall, BetweenALitAndADarkRoomLeaksNothingInBricks) {
@@ -80,6 +107,7 @@ TEST_P(Wall, BetweenALitAndADarkRoomLeaksNothingInBricks) {
   place(twoRooms(wall), options, caches);
   EXPECT_GT(caches.grid.brickCount(), 0u);
   EXPECT_LT(leak(caches, wall), 0.01f);
+  expectSameSight(caches);
 }
 
 // A hall of 16 m with a column of 1 m in it.
@@ -166,6 +194,7 @@ TEST(PlaceGrid, LightIsContinuousWhereBricksEnd) {
   std::mt19937 random(9);
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
   std::normal_distribution<float> gauss;
+  const PackedCaches packed = test::packed(caches);
   float max = 0.0f;
   for (int i = 0; i < 8000; ++i) {
     glm::vec3 u = glm::vec3(uniform(random), uniform(random), uniform(random)) * glm::vec3(grid.resolution - 1u);
@@ -177,7 +206,7 @@ TEST(PlaceGrid, LightIsContinuousWhereBricksEnd) {
                     n = glm::normalize(glm::vec3(gauss(random), gauss(random), gauss(random)));
     // Inside the column nobody stands.
     if (std::abs(p.x + 2.6f) < 0.51f && std::abs(p.z - 1.4f) < 0.51f) continue;
-    max = std::max(max, std::abs(readGrid(caches, p - step, n, value) - readGrid(caches, p + step, n, value)));
+    max = std::max(max, std::abs(readGrid(packed, p - step, n, value) - readGrid(packed, p + step, n, value)));
   }
   EXPECT_LT(max, 0.02f);
 }

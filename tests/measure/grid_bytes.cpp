@@ -245,13 +245,14 @@ void printCaches(const Lattice& lattice, int bands, const RayTracer& tracer,
   for (std::size_t i = 0; i < lattice.light.size(); ++i)
     basis.keep(lattice.light[i], {&coefficients[i * basis.numbers], basis.numbers});
   const CacheLight light{{bands, 2}, coefficients, true};
+  const PackedCaches packed(caches, std::pmr::new_delete_resource());
   const GridFigures f = compareReceivers(
-      receivers, [&](const glm::vec3& p, const glm::vec3& n) { return irradianceInGrid(caches, light, p, n); });
+      receivers, [&](const glm::vec3& p, const glm::vec3& n) { return irradianceInGrid(packed, light, p, n); });
   double ns = 1e9;
   for (int pass = 0; pass < 3; ++pass) {
     const auto begin = std::clock();
     for (std::size_t i = 0; i < timed.positions.size(); ++i)
-      static_cast<void>(irradianceInGrid(caches, light, timed.positions[i], timed.normals[i]));
+      static_cast<void>(irradianceInGrid(packed, light, timed.positions[i], timed.normals[i]));
     ns = std::min(ns, 1e9 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC /
                           static_cast<double>(timed.positions.size()));
   }

@@ -30,7 +30,7 @@ struct GridKind {
 bool fail(const Error& error) { return std::fprintf(stderr, "%s\n", error.message.c_str()), false; }
 
 // What the spline through the texture's points would give, at some degree of trust.
-GridFigures prefiltered(const Caches& caches, const CacheLight& light, float trust,
+GridFigures prefiltered(const PackedCaches& caches, const CacheLight& light, float trust,
                         const std::vector<TracedReceiver>& receivers) {
   std::pmr::memory_resource* memory = std::pmr::get_default_resource();
   GridTextureLimits limits;
@@ -81,7 +81,8 @@ bool printGridKinds(const GridLevel& opened, const std::string& lights) {
     const CacheGrid& grid = baked->caches.grid;
     const auto gridCaches = std::count(baked->caches.normal.begin(), baked->caches.normal.end(), glm::vec3(0.0f));
     const std::size_t bytes = 4 * (grid.cache.size() + grid.brick.size() + grid.fine.size() + grid.depth.size());
-    const auto figures = [&](const Caches& caches) {
+    const auto figures = [&](const Caches& placed) {
+      const PackedCaches caches(placed, std::pmr::new_delete_resource());
       return compareReceivers(
           receivers, [&](const glm::vec3& p, const glm::vec3& n) { return irradianceInGrid(caches, light, p, n); });
     };
@@ -115,7 +116,8 @@ bool printGridKinds(const GridLevel& opened, const std::string& lights) {
       }
       CacheLight guessing = light;
       guessing.guessBands = true;
-      const GridFigures f = prefiltered(baked->caches, guessing, trust, receivers);
+      const GridFigures f =
+          prefiltered(PackedCaches(baked->caches, std::pmr::new_delete_resource()), guessing, trust, receivers);
       std::printf("| - smooth, prefiltered, trust %.2f | | | %.1f | %.1f | %.3f | %.1f | | | | |\n",
                   static_cast<double>(trust), 100 * f.rmse, 100 * f.trimmed, f.energy, 100 * f.tooBright);
     }

@@ -11,6 +11,7 @@
 #include "formats/compact_links.h"
 #include "formats/pack.h"
 #include "formats/sh.h"
+#include "tests/packed.h"
 #include "tests/runtime/cpu_fixture.h"
 #include "tests/runtime/lit_caches.h"
 #include "tests/runtime/random_tree.h"
@@ -321,7 +322,7 @@ TEST(IrradianceLinks, giveTheIrradianceOfAUniformWorld) {
       if (bake.surfels.receiver[s] == kGridReceiver) continue;
       const glm::vec2 uv = unpackUnorm16x2(bake.surfels.receiver[s]);
       for (const glm::vec3& n : {bake.surfels.normal[s], glm::normalize(glm::vec3(1, 2, 3))}) {
-        EXPECT_NEAR(irradianceOnLightmap(bake.caches, light, uv, n).g, kPi, 0.005 * kPi);
+        EXPECT_NEAR(irradianceOnLightmap(test::packed(bake.caches), light, uv, n).g, kPi, 0.005 * kPi);
       }
     }
   }

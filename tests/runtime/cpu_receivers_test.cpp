@@ -10,6 +10,7 @@
 #include "formats/color.h"
 #include "formats/pack.h"
 #include "formats/sh.h"
+#include "tests/packed.h"
 #include "tests/runtime/cpu_fixture.h"
 #include "tests/runtime/synthetic_bake.h"
 
@@ -65,7 +66,7 @@ TEST(ResolveLightmap, isExactForTheCachesOwnNormalWithAnyBands) {
     for (int chroma = 1; chroma <= luma; ++chroma) {
       const TwoTexels map(luma, chroma, {0, 1});
       // A quarter of the way between the texel centres: radiance 1.5.
-      const glm::vec3 e = irradianceOnLightmap(map.caches, map.light, {0.375f, 0.3f}, {0, 0, 1});
+      const glm::vec3 e = irradianceOnLightmap(test::packed(map.caches), map.light, {0.375f, 0.3f}, {0, 0, 1});
       const float want = static_cast<float>(1.5 * kPi);
       EXPECT_NEAR(e.r, want, 2e-3f) << luma << " " << chroma;
       EXPECT_NEAR(e.g, 0.5f * want, 2e-3f) << luma << " " << chroma;
@@ -77,10 +78,10 @@ TEST(ResolveLightmap, isExactForTheCachesOwnNormalWithAnyBands) {
 TEST(ResolveLightmap, texelsWithoutACacheCountNothing) {
   const TwoTexels map(4, 4, {kNoCache, 1});
   const float want = static_cast<float>(3.0 * kPi);
-  EXPECT_NEAR(irradianceOnLightmap(map.caches, map.light, {0.3f, 0.5f}, {0, 0, 1}).r, want, 2e-3f);
-  EXPECT_EQ(irradianceOnLightmap(map.caches, map.light, {0.1f, 0.5f}, {0, 0, 1}), glm::vec3(0.0f));
+  EXPECT_NEAR(irradianceOnLightmap(test::packed(map.caches), map.light, {0.3f, 0.5f}, {0, 0, 1}).r, want, 2e-3f);
+  EXPECT_EQ(irradianceOnLightmap(test::packed(map.caches), map.light, {0.1f, 0.5f}, {0, 0, 1}), glm::vec3(0.0f));
   const TwoTexels empty(4, 4, {kNoCache, kNoCache});
-  EXPECT_EQ(irradianceOnLightmap(empty.caches, empty.light, {0.5f, 0.5f}, {0, 0, 1}), glm::vec3(0.0f));
+  EXPECT_EQ(irradianceOnLightmap(test::packed(empty.caches), empty.light, {0.5f, 0.5f}, {0, 0, 1}), glm::vec3(0.0f));
 }
 
 // A hair within a cell of which one far corner alone has a cache: its weight has no finite reciprocal.
@@ -91,7 +92,7 @@ TEST(ResolveGrid, aCacheAHairAwayCountsNothing) {
   one.caches.grid.cache = std::vector<std::uint32_t>{kNoCache, 1};
   one.caches.positionWorld = std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}};
   for (const float x : {0.0f, 1e-44f, 1e-40f, 1e-38f, 1e-30f, 0.5f}) {
-    const glm::vec3 e = irradianceInGrid(one.caches, one.light, {x, 0, 0}, {0, 0, 1});
+    const glm::vec3 e = irradianceInGrid(test::packed(one.caches), one.light, {x, 0, 0}, {0, 0, 1});
     const float want = x < 1e-37f ? 0.0f : 3.0f * static_cast<float>(kPi);
     EXPECT_NEAR(e.r, want, 1e-2f) << x;
   }
@@ -101,7 +102,7 @@ TEST(ResolveLightmap, isNeverNegativeAndTakesAnyCoordinate) {
   const TwoTexels map(4, 4, {0, 1});
   const float nan = std::nanf("");
   for (const glm::vec2 uv : {glm::vec2(-5, 9), glm::vec2(1e30f, 0), glm::vec2(nan, nan)}) {
-    const glm::vec3 e = irradianceOnLightmap(map.caches, map.light, uv, {0, 0, -1});
+    const glm::vec3 e = irradianceOnLightmap(test::packed(map.caches), map.light, uv, {0, 0, -1});
     EXPECT_GE(e.r, 0.0f);
     EXPECT_GE(e.g, 0.0f);
     EXPECT_GE(e.b, 0.0f);
@@ -112,7 +113,7 @@ TEST(ResolveLightmap, tiltedNormalsBlendToTheClampedCosine) {
   const TwoTexels map(4, 4, {0, 0});
   const glm::vec3 tilted(std::sin(1.2f), 0.0f, std::cos(1.2f));
   const float want = irradianceAtSurface(4, std::span<const float>(map.coefficients).first(16), tilted, {0, 0, 1});
-  const glm::vec3 e = irradianceOnLightmap(map.caches, map.light, {0.5f, 0.5f}, tilted);
+  const glm::vec3 e = irradianceOnLightmap(test::packed(map.caches), map.light, {0.5f, 0.5f}, tilted);
   EXPECT_NEAR(rgbToYCoCg(e).x, want, 1e-4f);
 }
 
@@ -121,10 +122,11 @@ TEST(ResolveLightmap, aTiltedPlaneInAUniformWorldGetsAllItsLight) {
     const TwoTexels map(luma, chroma, {0, 0});
     for (float angle = 0.0f; angle < 1.04f; angle += 0.05f) {
       const glm::vec3 tilted(std::sin(angle), 0.0f, std::cos(angle));
-      const glm::vec3 e = irradianceOnLightmap(map.caches, map.light, {0.5f, 0.5f}, tilted);
+      const glm::vec3 e = irradianceOnLightmap(test::packed(map.caches), map.light, {0.5f, 0.5f}, tilted);
       EXPECT_NEAR(e.r, kPi, 0.01 * kPi) << luma << " bands, angle " << angle;
       // A normal map on the cache's own plane turns away from light, as it should.
-      const glm::vec3 mapped = irradianceOnLightmap(map.caches, map.light, {0.5f, 0.5f}, tilted, {0, 0, 1});
+      const glm::vec3 mapped =
+          irradianceOnLightmap(test::packed(map.caches), map.light, {0.5f, 0.5f}, tilted, {0, 0, 1});
       const double caught = luma > 1 ? 0.5 + 0.5 * std::cos(angle) : 1.0;
       EXPECT_NEAR(mapped.r, kPi * caught, 0.05 * kPi) << luma << " bands, angle " << angle;
     }
@@ -226,16 +228,16 @@ TEST(ResolveGrid, interpolatesClampsAndWeighsByNormal) {
   const auto pi = static_cast<float>(kPi);
   const glm::vec3 side(0, 1, 0);
   // Both points lie in the receiver's plane: plain linear interpolation. Grey light has Y = R = G = B.
-  EXPECT_NEAR(irradianceInGrid(caches, light, {0.25f, 0, 0}, side).g, 1.5f * pi, 1e-3f);
-  EXPECT_NEAR(irradianceInGrid(caches, light, {-7, 3, 2}, side).g, pi, 1e-3f);
+  EXPECT_NEAR(irradianceInGrid(test::packed(caches), light, {0.25f, 0, 0}, side).g, 1.5f * pi, 1e-3f);
+  EXPECT_NEAR(irradianceInGrid(test::packed(caches), light, {-7, 3, 2}, side).g, pi, 1e-3f);
   // Facing +X from the middle: weight 1 ahead, 0.05² behind.
   const float behind = 0.05f * 0.05f;
-  EXPECT_NEAR(irradianceInGrid(caches, light, {0.5f, 0, 0}, {1, 0, 0}).g, pi * (3.0f + behind) / (1.0f + behind),
-              1e-3f);
+  EXPECT_NEAR(irradianceInGrid(test::packed(caches), light, {0.5f, 0, 0}, {1, 0, 0}).g,
+              pi * (3.0f + behind) / (1.0f + behind), 1e-3f);
   caches.grid.cache = std::vector<std::uint32_t>{0, kNoCache};
-  EXPECT_NEAR(irradianceInGrid(caches, light, {0.9f, 0, 0}, side).g, pi, 1e-3f);
+  EXPECT_NEAR(irradianceInGrid(test::packed(caches), light, {0.9f, 0, 0}, side).g, pi, 1e-3f);
   caches.grid.cache = std::vector<std::uint32_t>{kNoCache, kNoCache};
-  EXPECT_EQ(irradianceInGrid(caches, light, {0.9f, 0, 0}, side), glm::vec3(0.0f));
+  EXPECT_EQ(irradianceInGrid(test::packed(caches), light, {0.9f, 0, 0}, side), glm::vec3(0.0f));
 }
 
 // What is decided once and read from tables gives what the general resolve gives, for all kinds of receivers.
@@ -251,19 +253,20 @@ TEST(Bounce, agreesWithResolveAtEverySurfel) {
     const cpu::SurfelSet packed(bake.surfels, bake.hierarchy, bake.emitters, order, true,
                                 std::pmr::new_delete_resource());
     const std::vector<std::uint32_t> nodes = randomNodes(bake.hierarchy.nodeCount());
+    const PackedCaches caches = test::packed(bake.caches);
     for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {2, 2}, {4, 1}, {4, 3}, {6, 2}}) {
       StoredLight stored({luma, chroma, kind == LinkKind::irradiance}, bake.caches.count(), bake.caches.firstMapCache(),
                          std::pmr::new_delete_resource());
       cpu::lightCaches(cpu::lightCachesBaseline, LinkSet(bake.links, std::pmr::new_delete_resource()), nodes, stored,
                        {});
       const CacheLight light = cacheLight(stored);
-      cpu::Bounce bounce(bake.caches, bake.surfels, order, kind, luma, std::pmr::new_delete_resource());
+      cpu::Bounce bounce(caches, bake.surfels, order, kind, luma, std::pmr::new_delete_resource());
       cpu::LightSurfelsJob job;
       packed.describe(job);
       job.bounceScale = 0.5f;
       for (const cpu::LightSurfelsKernel* kernel : surfelsKernels()) {
         bounce.colorCaches(*kernel, stored, 0, static_cast<std::uint32_t>(bake.caches.count()));
-        bounce.setLight(*kernel, stored, job);
+        bounce.setLight(stored, job);
         std::size_t gridLit = 0;
         for (std::uint32_t i = 0; i < order.size(); ++i) {
           alignas(64) static std::array<float, 3 * cpu::kSurfelBlock> e;
@@ -278,8 +281,8 @@ TEST(Bounce, agreesWithResolveAtEverySurfel) {
           const bool grid = surfels.receiver[s] == kGridReceiver;
           gridLit += grid ? 1 : 0;
           const glm::vec3 want =
-              grid ? irradianceInGrid(bake.caches, light, surfels.positionWorld[s], surfels.normal[s])
-                   : irradianceOnLightmap(bake.caches, light, unpackUnorm16x2(surfels.receiver[s]), surfels.normal[s]);
+              grid ? irradianceInGrid(caches, light, surfels.positionWorld[s], surfels.normal[s])
+                   : irradianceOnLightmap(caches, light, unpackUnorm16x2(surfels.receiver[s]), surfels.normal[s]);
           const glm::vec3 found =
               2.0f * (glm::vec3(e[slot], e[cpu::kSurfelBlock + slot], e[2 * cpu::kSurfelBlock + slot]) - 0.25f);
           // Up to 14 degrees a surfel takes the light of its caches' own normals.
@@ -287,7 +290,7 @@ TEST(Bounce, agreesWithResolveAtEverySurfel) {
               grid ? 0.0f
                    : glm::dot(
                          surfels.normal[s],
-                         meanNormal(bake.caches, lightmapStencil(bake.caches, unpackUnorm16x2(surfels.receiver[s]))));
+                         meanNormal(caches.map(), lightmapStencil(caches.map(), unpackUnorm16x2(surfels.receiver[s]))));
           const float tolerance = cosine > 0.97f && cosine < 0.9999f ? 0.1f : 0.02f;
           ASSERT_LT(glm::length(found - want), tolerance * glm::length(want) + 1e-4f)
               << "surfel " << s << " bands " << luma << " " << chroma;

@@ -56,7 +56,7 @@ TEST_F(GlMemory, comesFromTheHostAndGoesBack) {
     const std::size_t created = memory.requests();
     EXPECT_GT(created, 20u);
     EXPECT_GT(memory.maxBytes(), std::size_t{5} * bake_.links.count()) << "what is made for the driver";
-    EXPECT_LT(memory.bytes(), 16384u) << "what is kept is the driver's";
+    EXPECT_LT(memory.bytes(), 24576u) << "what is kept is the driver's, and what look-ups on the processor read";
     for (int i = 0; i < 2; ++i) ASSERT_TRUE(relighter->relight(setup_) && relighter->relight(more_));
     std::vector<float> light(bake_.caches.count() * static_cast<std::size_t>(relighter->coefficientsPerCache()));
     ASSERT_TRUE(relighter->cacheCoefficients(light));
@@ -117,8 +117,9 @@ TEST_F(GlMemory, aFrameWithoutMemoryIsNoFrame) {
     EXPECT_EQ(relighter->cacheCoefficients(), after) << "request " << n;
     if (enough) break;
   }
-  // Lights twice; the surfels' kinds, slots and order, of which the last is kept; what the host hands over.
-  EXPECT_EQ(n, 6u);
+  // Lights twice; what surfels read of the map, their kinds, slots and order, of which the last is kept; what the host
+  // hands over.
+  EXPECT_EQ(n, 8u);
 }
 
 TEST_F(GlMemory, readersAndResetsSayWhenThereIsNone) {

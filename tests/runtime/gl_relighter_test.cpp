@@ -8,6 +8,7 @@
 #include "runtime/shared/pack_color.h"
 #include "runtime/shared/receivers.h"
 #include "shaders/shared/layout.h"
+#include "tests/packed.h"
 #include "tests/runtime/furnace_bake.h"
 #include "tests/runtime/gl_test_support.h"
 #include "tests/runtime/lit_caches.h"
@@ -139,6 +140,7 @@ TEST_F(GlRelighter, surfelsOfAllKindsBounceAsOnTheCpu) {
       normals[s] = glm::normalize(normals[s] + (0.3f + static_cast<float>(s % 5)) * glm::vec3(0.3f, 0.5f, -0.2f));
     }
     bake.surfels.normal = normals;
+    const PackedCaches caches = test::packed(bake.caches);
     const std::vector<Light> lights = test::someLights();
     LightSetup setup;
     setup.lights = lights;
@@ -153,7 +155,7 @@ TEST_F(GlRelighter, surfelsOfAllKindsBounceAsOnTheCpu) {
     std::array<glm::dvec3, 3> sum{}, error{};
     for (std::uint32_t s = 0; s < bake.surfels.count(); ++s) {
       const auto kind =
-          static_cast<std::size_t>(receiverKind(bake.caches, bake.surfels, s, normalsCount(bake.links.kind, luma)));
+          static_cast<std::size_t>(receiverKind(caches.map(), bake.surfels, s, normalsCount(bake.links.kind, luma)));
       const std::uint32_t leaf = bake.hierarchy.leafNode[s];
       ++ofKind[kind];
       sum[kind] += expected[leaf];

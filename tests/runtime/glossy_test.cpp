@@ -6,6 +6,7 @@
 #include "formats/color.h"
 #include "formats/sh.h"
 #include "runtime/shared/glossy.h"
+#include "tests/packed.h"
 #include "tests/runtime/cpu_fixture.h"
 #include "tests/runtime/synthetic_bake.h"
 
@@ -67,9 +68,11 @@ struct OneCache {
     light = {bands, coefficients};
   }
 
-  glm::vec3 onMap(const glm::vec3& r, float n) const { return glossyOnLightmap(caches, light, {0.5f, 0.5f}, r, n); }
+  glm::vec3 onMap(const glm::vec3& r, float n) const {
+    return glossyOnLightmap(test::packed(caches), light, {0.5f, 0.5f}, r, n);
+  }
   glm::vec3 inGrid(const glm::vec3& r, float n) const {
-    return glossyInGrid(caches, light, glm::vec3(0.0f), {0, 0, 1}, r, n);
+    return glossyInGrid(test::packed(caches), light, glm::vec3(0.0f), {0, 0, 1}, r, n);
   }
 };
 
@@ -131,8 +134,8 @@ TEST(Readers, areLinearInTheLight) {
         cache.light.guessBands = guess;
         const auto read = [&](bool glossy) {
           if (glossy) return onMap ? cache.onMap(n, 4.0f) : cache.inGrid(n, 4.0f);
-          return onMap ? irradianceOnLightmap(cache.caches, cache.light, {0.5f, 0.5f}, n)
-                       : irradianceInGrid(cache.caches, cache.light, glm::vec3(0.0f), n);
+          return onMap ? irradianceOnLightmap(test::packed(cache.caches), cache.light, {0.5f, 0.5f}, n)
+                       : irradianceInGrid(test::packed(cache.caches), cache.light, glm::vec3(0.0f), n);
         };
         const std::vector<float> plain = cache.coefficients;
         const glm::vec3 diffuse = read(false), glossy = read(true);

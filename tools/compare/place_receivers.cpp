@@ -13,6 +13,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <memory_resource>
 #include <optional>
 #include <set>
 #include <utility>
@@ -98,8 +99,8 @@ struct Spot {
   glm::vec3 positionWorld{0.0f}, normal{0.0f}, planeNormal{0.0f};
 };
 
-std::optional<Spot> spotOnMap(const Caches& caches, const glm::vec2& uv) {
-  const Stencil stencil = lightmapStencil(caches, uv);
+std::optional<Spot> spotOnMap(const Caches& caches, const PackedMap& map, const glm::vec2& uv) {
+  const Stencil stencil = lightmapStencil(map, uv);
   const float total = stencil.total();
   if (!(total > 0.0f)) return std::nullopt;
   Spot spot;
@@ -116,7 +117,12 @@ std::optional<Spot> spotOnMap(const Caches& caches, const glm::vec2& uv) {
 
 class Placer {
  public:
-  Placer(const Bake& a, const Bake& b, const Scene* scene) : a_(a), b_(b), scene_(scene) {
+  Placer(const Bake& a, const Bake& b, const Scene* scene)
+      : a_(a),
+        b_(b),
+        mapA_(a.caches, std::pmr::new_delete_resource()),
+        mapB_(b.caches, std::pmr::new_delete_resource()),
+        scene_(scene) {
     groupOf_["the air"] = Receivers::kAir;
     out_.groups.emplace_back("the air");
   }
@@ -246,8 +252,8 @@ class Placer {
     if (scene_ != nullptr) {
       spotA = spotB = spotInScene(pair.instance, back, sample);
     } else {
-      if (r.a.onMap) spotA = spotOnMap(a_.caches, r.a.uv);
-      if (r.b.onMap) spotB = spotOnMap(b_.caches, r.b.uv);
+      if (r.a.onMap) spotA = spotOnMap(a_.caches, mapA_, r.a.uv);
+      if (r.b.onMap) spotB = spotOnMap(b_.caches, mapB_, r.b.uv);
       if (!spotA) spotA = spotB;
       if (!spotB || pair.still) spotB = spotA;
     }
@@ -314,6 +320,7 @@ class Placer {
   }
 
   const Bake &a_, &b_;
+  const PackedMap mapA_, mapB_;
   const Scene* scene_;
   std::vector<Pair> pairs_;
   std::map<std::string, std::uint32_t> groupOf_;
