@@ -152,57 +152,32 @@ GridSight::GridSight(const Caches& caches, std::pmr::memory_resource* memory)
     const glm::vec3 place = caches.positionWorld[cache];
     const std::bitset<kNodes> kept = findNodes(words, {boxes[cache].low - place, boxes[cache].high - place}, unit_);
     if (kept.none()) continue;
-    std::array<std::uint64_t, kWords> bits{};
-    std::uint64_t before = 0;
-    for (int node = 0; node < kNodes; ++node) {
-      const int row = node / kDepthSide;
-      std::uint64_t& word = bits[static_cast<std::size_t>(row / kWordRows)];
-      if (node % (kWordRows * kDepthSide) == 0) word = before << kCountShift;
-      if (!kept[static_cast<std::size_t>(node)]) continue;
-      word |= std::uint64_t{1} << (node % (kWordRows * kDepthSide));
-      ++before;
+    std::array<Row, kDepthSide + 1> rows{};
+    std::array<std::uint8_t, kNodes> bytes;
+    std::size_t size = 0;
+    for (int row = 0; row <= kDepthSide; ++row) {
+      int first = 0, end = row < kDepthSide ? kDepthSide : 0;
+      const auto isKept = [&](int x) { return kept[static_cast<std::size_t>(row * kDepthSide + x)]; };
+      while (first < end && !isKept(first)) ++first;
+      while (end > first && !isKept(end - 1)) --end;
+      rows[static_cast<std::size_t>(row)] = static_cast<Row>(size << kFirstBits | static_cast<std::size_t>(first));
+      for (int x = first; x < end; ++x)
+        bytes[size++] = static_cast<std::uint8_t>(nodeByte(words, row * kDepthSide + x));
     }
-    const auto* const from = reinterpret_cast<const std::uint8_t*>(bits.data());
-    byte_.insert(byte_.end(), from, from + kWordBytes);
-    for (int node = 0; node < kNodes; ++node) {
-      if (kept[static_cast<std::size_t>(node)]) byte_.push_back(static_cast<std::uint8_t>(nodeByte(words, node)));
-    }
+    const auto* const from = reinterpret_cast<const std::uint8_t*>(rows.data());
+    byte_.insert(byte_.end(), from, from + kRowBytes);
+    byte_.insert(byte_.end(), bytes.data(), bytes.data() + size);
   }
   begin_.push_back(static_cast<std::uint32_t>(byte_.size()));
   byte_.shrink_to_fit();
 }
 
-std::uint64_t GridSight::word(const std::uint8_t* map, int row) const {
-  std::uint64_t word;
-  std::memcpy(&word, map + sizeof word * static_cast<std::size_t>(row / kWordRows), sizeof word);
-  return word;
-}
-
-float GridSight::weight(std::uint32_t cache, const glm::vec3& toward) const {
-  const float l1 = std::abs(toward.x) + std::abs(toward.y) + std::abs(toward.z);
-  if (!(l1 > 0.0f) || begin_[cache] == begin_[cache + 1]) return 1.0f;
-  const DepthNodes nodes = depthNodesAround(toward, l1);
-  const std::uint8_t *const map = byte_.data() + begin_[cache], *const bytes = map + kWordBytes;
-  float t = 0.0f;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const int row = nodes.node[k] / kDepthSide, bit = nodes.node[k] - row / kWordRows * kWordRows * kDepthSide;
-    const std::uint64_t bits = word(map, row);
-    // As read() has it: what is not kept is as far away as can be.
-    if ((bits >> bit & 1) != 0) t += nodes.weight[k] * unpackDepth(bytes[placeOf(bits, bit)]);
-  }
-  return depthWeightAt(t, l1, toward, unit_, spacing_);
-}
-
 void GridSight::read(std::uint32_t cache, std::span<std::uint32_t> words) const {
   std::fill(words.begin(), words.end(), 0u);
   if (begin_[cache] == begin_[cache + 1]) return;
-  const std::uint8_t *const map = byte_.data() + begin_[cache], *const bytes = map + kWordBytes;
-  std::size_t next = 0;
-  for (int node = 0; node < kNodes; ++node) {
-    const std::uint64_t bits = word(map, node / kDepthSide);
-    if ((bits >> (node % (kWordRows * kDepthSide)) & 1) == 0) continue;
-    words[static_cast<std::size_t>(node) >> 2] |= std::uint32_t{bytes[next++]} << (8 * (node & 3));
-  }
+  const std::uint8_t* const map = byte_.data() + begin_[cache];
+  for (int node = 0; node < kNodes; ++node)
+    words[static_cast<std::size_t>(node) >> 2] |= byteAt(map, node) << (8 * (node & 3));
 }
 
 std::size_t GridSight::bytes() const { return sizeof(std::uint32_t) * begin_.size() + byte_.size(); }

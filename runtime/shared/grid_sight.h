@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: MIT
 // How far grid caches see (formats/grid_depth.h), as look-ups keep it. A receiver reads the caches of the cell that it
 // lies in, so that of each cache's map only those triangles count that hide some place of the cells around it. The
-// nodes of these are kept, a byte each, with a bit for each node of the lattice that says whether it is; half of them
-// on Sponza. Places of those cells, and up to half a spacing beyond the grid, see exactly what the whole map says.
+// nodes of these are kept, a byte each, and in each row of the lattice what lies between them; half of all on Sponza.
+// Places of those cells, and up to half a spacing beyond the grid, see exactly what the whole map says.
 #pragma once
 
 #include "formats/grid_depth.h"
 #include "relume/caches.h"
 
-#include <bit>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <memory_resource>
 #include <span>
 #include <vector>
@@ -31,21 +33,37 @@ class GridSight {
   std::size_t bytes() const;
 
  private:
-  // Three rows of the lattice's nodes, a bit each from the lowest on, and above them how many of the map's bytes belong
-  // to the rows before.
-  static constexpr int kWordRows = 3, kCountShift = kWordRows * kDepthSide;
-  static constexpr std::size_t kWords = (kDepthSide + kWordRows - 1) / kWordRows, kWordBytes = 8 * kWords;
+  // The nodes kept of a row: where the first of them lies, and above that the index of its byte. One more says where
+  // the last row's end.
+  using Row = std::uint16_t;
+  static constexpr int kFirstBits = 5;
+  static constexpr std::size_t kRowBytes = sizeof(Row) * (kDepthSide + 1);
 
-  std::uint64_t word(const std::uint8_t* map, int row) const;
-  // Where a node's byte is, from where the bytes of its map begin; its bit must be set.
-  static std::size_t placeOf(std::uint64_t word, int bit) {
-    return static_cast<std::size_t>(word >> kCountShift) +
-           static_cast<std::size_t>(std::popcount(word & ((std::uint64_t{1} << bit) - 1)));
-  }
+  // The byte of a node, 0 where it is not kept. map: not empty.
+  static std::uint32_t byteAt(const std::uint8_t* map, int node);
 
   float unit_, spacing_;                   // [m] CacheGrid::depthUnit(), finestSpacing()
   std::pmr::vector<std::uint32_t> begin_;  // [Size 0 or caches + 1] of each map in byte_; one without nodes is empty
-  std::pmr::vector<std::uint8_t> byte_;    // kWords words of a map, then its nodes
+  std::pmr::vector<std::uint8_t> byte_;    // rows of a map, then its nodes
 };
+
+inline std::uint32_t GridSight::byteAt(const std::uint8_t* map, int node) {
+  const int row = node / kDepthSide, x = node % kDepthSide;
+  std::array<Row, 2> rows;
+  std::memcpy(rows.data(), map + sizeof(Row) * static_cast<std::size_t>(row), sizeof rows);
+  const int begin = rows[0] >> kFirstBits, end = rows[1] >> kFirstBits;
+  const int at = begin + x - (rows[0] & ((1 << kFirstBits) - 1));
+  return at >= begin && at < end ? map[kRowBytes + static_cast<std::size_t>(at)] : 0u;
+}
+
+inline float GridSight::weight(std::uint32_t cache, const glm::vec3& toward) const {
+  const float l1 = std::abs(toward.x) + std::abs(toward.y) + std::abs(toward.z);
+  if (!(l1 > 0.0f) || begin_[cache] == begin_[cache + 1]) return 1.0f;
+  const DepthNodes nodes = depthNodesAround(toward, l1);
+  const std::uint8_t* const map = byte_.data() + begin_[cache];
+  float t = 0.0f;
+  for (std::size_t k = 0; k < 3; ++k) t += nodes.weight[k] * unpackDepth(byteAt(map, nodes.node[k]));
+  return depthWeightAt(t, l1, toward, unit_, spacing_);
+}
 
 }  // namespace relume
