@@ -158,7 +158,7 @@ TEST(ResolveLightmap, betweenCachesThatLookApartAUniformWorldIsStillUniform) {
         const float share = std::clamp(2.0f * u - 0.5f, 0.0f, 1.0f);
         const float angle = (1.0f - 2.0f * share) * apart;
         const glm::vec3 n(std::sin(angle), 0.0f, std::cos(angle));
-        const glm::vec3 e = irradianceOnLightmap(map.caches, map.light, {u, 0.5f}, n);
+        const glm::vec3 e = irradianceOnLightmap(test::packed(map.caches), map.light, {u, 0.5f}, n);
         EXPECT_NEAR(rgbToYCoCg(e).x, kPi, 0.012 * kPi) << bands << " bands, " << apart << ", at " << u;
       }
     }
