@@ -22,6 +22,24 @@ namespace {
 constexpr std::uint32_t kBasis = 9, kCoefficients = 3 * kBasis;  // of three bands; of a cell
 constexpr std::uint32_t kCellsAtOnce = 16, kSidesAtOnce = 512;   // of a chunk
 
+Error noMemoryForCaches() {
+  return {ErrorCode::memory, "live light: memory ran out; fewer cells or cascades take less"};
+}
+
+// What a ray of a volume meets there or, once it has left it, in those that it lies in, from the last one on; else the
+// sky. [position: voxels]
+glm::vec3 radianceAlong(const VoxelVolume& volume, std::span<const VoxelVolume> beyond, const glm::vec3& position,
+                        const glm::vec3& direction, const glm::vec3& sky) {
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  const MarchHit hit = VoxelMarch(volume.grid(), volume.bits().data(), position, direction).first(kFar);
+  if (hit.found) return volume.radianceAt(hit.voxel, direction);
+  if (beyond.empty()) return sky;
+  const VoxelVolume& outer = beyond.back();
+  return radianceAlong(outer, beyond.first(beyond.size() - 1),
+                       placeInOuter(volume.grid(), outer.grid(), leavePlace(volume.grid(), position, direction)),
+                       direction, sky);
+}
+
 // Basis functions of a frame's rays, which are the same for all cells. [kBasis each, times 4 pi / rays]
 std::vector<float> basisOf(const std::vector<glm::vec3>& direction) {
   std::vector<float> basis(kBasis * direction.size());
@@ -34,8 +52,21 @@ std::vector<float> basisOf(const std::vector<glm::vec3>& direction) {
   return basis;
 }
 
-// Irradiance from radiance coefficients by the clamped cosine, as much as light of one radiance from all sides at most.
-glm::vec3 irradianceOf(std::span<const float> coefficients, float brightest, const glm::vec3& normal) {
+}  // namespace
+
+void CacheSum::add(const CellStencil& stencil, float share, std::span<const float> from,
+                   std::span<const float> brightestOf) {
+  for (std::size_t k = 0; k < 8; ++k) {
+    const float weight = share * stencil.weight[k];
+    if (weight == 0.0f) continue;
+    const float* const cache = from.data() + std::size_t{kCoefficients} * stencil.slot[k];
+    for (std::uint32_t i = 0; i < kCoefficients; ++i) coefficients[i] += weight * cache[i];
+    brightest = std::max(brightest, brightestOf[stencil.slot[k]]);
+  }
+}
+
+// By the clamped cosine, as much as light of one radiance from all sides at most.
+glm::vec3 CacheSum::irradiance(const glm::vec3& normal) const {
   if (!(brightest > 0.0f)) return glm::vec3(0.0f);
   const FieldLobe lobe = clampedLobe(normal);
   glm::vec3 e(0.0f);
@@ -44,20 +75,11 @@ glm::vec3 irradianceOf(std::span<const float> coefficients, float brightest, con
   return glm::clamp(e, glm::vec3(0.0f), glm::vec3(std::numbers::pi_v<float> * brightest));
 }
 
-}  // namespace
-
 glm::vec3 readStencil(const CellStencil& stencil, std::span<const float> coefficients, std::span<const float> brightest,
                       const glm::vec3& normal) {
-  std::array<float, kCoefficients> sum{};
-  float most = 0.0f;
-  for (std::size_t k = 0; k < 8; ++k) {
-    const float weight = stencil.weight[k];
-    if (weight == 0.0f) continue;
-    const float* const from = coefficients.data() + std::size_t{kCoefficients} * stencil.slot[k];
-    for (std::uint32_t i = 0; i < kCoefficients; ++i) sum[i] += weight * from[i];
-    most = std::max(most, brightest[stencil.slot[k]]);
-  }
-  return irradianceOf(sum, most, normal);
+  CacheSum sum;
+  sum.add(stencil, 1.0f, coefficients, brightest);
+  return sum.irradiance(normal);
 }
 
 CellStencil checkedStencil(const CellSet& cells, const glm::vec3& positionWorld, const glm::vec3& normal) {
@@ -76,23 +98,34 @@ void LiveCaches::reset() {
   std::fill(isLit_.begin(), isLit_.end(), std::uint8_t{0});
 }
 
-// Take over what has changed of the volume: cells keep their light, those that become active have none.
-void LiveCaches::follow(const VoxelVolume& volume) {
+// Take over what has changed of the volume: cells keep their light, those that become active have that of the cache of
+// `around` whose cell they lie in, until they gather.
+void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
   const bool stood = volume.standingVersion() == standingVersion_;
   if (stood && volume.movingVersion() == movingVersion_) return;
-  const bool isSame = cells_.grid.cells == volume.grid().cells &&
-                      cells_.grid.originWorld == volume.grid().originWorld && cells_.grid.voxel == volume.grid().voxel;
+  const bool isSame = cells_.grid.sharesCells(volume.grid());
+  const glm::ivec3 by = volume.grid().shift - cells_.grid.shift;
   CellSet cells = findCells(volume);
   std::vector<float> coefficients(std::size_t{kCoefficients} * cells.active.size(), 0.0f),
       brightest(cells.active.size(), 0.0f);
   std::vector<std::uint8_t> isLit(cells.active.size(), 0);
-  for (std::size_t i = 0; i < cells.active.size() && isSame; ++i) {
-    const std::uint32_t old = cells_.slot[cells.active[i]];
-    if (old == kInactive) continue;
-    std::copy_n(coefficients_.begin() + std::ptrdiff_t{kCoefficients} * old, kCoefficients,
-                coefficients.begin() + static_cast<std::ptrdiff_t>(kCoefficients * i));
-    brightest[i] = brightest_[old];
-    isLit[i] = isLit_[old];
+  const auto copy = [&](const LiveCaches& from, std::uint32_t slot, std::size_t to) {
+    std::copy_n(from.coefficients_.begin() + std::ptrdiff_t{kCoefficients} * slot, kCoefficients,
+                coefficients.begin() + static_cast<std::ptrdiff_t>(kCoefficients * to));
+    brightest[to] = from.brightest_[slot];
+  };
+  for (std::size_t i = 0; i < cells.active.size(); ++i) {
+    const glm::ivec3 cell = cells.grid.cellAt(cells.active[i]), before = cell + by;
+    const std::uint32_t old =
+        isSame && cells_.grid.holdsCell(before) ? cells_.slot[cells_.grid.cellIndex(before)] : kInactive;
+    if (old != kInactive) {
+      copy(*this, old, i);
+      isLit[i] = isLit_[old];
+    } else if (around != nullptr) {
+      const VolumeGrid& outer = around->cells_.grid;
+      const std::uint32_t slot = around->cells_.slot[outer.cellIndex((cell + cells.grid.shift) / 2 - outer.shift)];
+      if (slot != kInactive) copy(*around, slot, i);
+    }
   }
   // Caches have other numbers now, so that all stencils are found again.
   std::vector<CellStencil> standing(volume.standingSides()), moving(volume.sideCount() - volume.standingSides());
@@ -125,42 +158,45 @@ void LiveCaches::bounce(const VoxelVolume& volume, float scale) {
   });
 }
 
-void LiveCaches::gather(const VoxelVolume& volume, const LiveFrame& frame) {
-  const LiveRays rays = liveRays(options_.raysPerCell, frame);
-  const std::vector<float> basis = basisOf(rays.direction);
-  const VolumeGrid& grid = volume.grid();
-  const float far = std::numeric_limits<float>::infinity();
-  forChunks(volume.parallelFor(), activeCells(), kCellsAtOnce, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t c = begin; c < end; ++c) {
-      std::array<float, kCoefficients> sum{};
-      float brightest = 0.0f;
-      for (std::uint32_t i = 0; i < rays.direction.size(); ++i) {
-        const MarchHit hit = VoxelMarch(grid, volume.bits().data(), cells_.position[c], rays.direction[i]).first(far);
-        glm::vec3 radiance = rays.sky[i];
-        if (hit.found) radiance = volume.radianceAt(hit.voxel, rays.direction[i]);
-        if (radiance == glm::vec3(0.0f)) continue;
-        brightest = std::max({brightest, radiance.x, radiance.y, radiance.z});
-        const float* const y = basis.data() + std::size_t{kBasis} * i;
-        for (std::uint32_t k = 0; k < kBasis; ++k) {
-          sum[k] += radiance.x * y[k];
-          sum[kBasis + k] += radiance.y * y[k];
-          sum[2 * kBasis + k] += radiance.z * y[k];
+Status LiveCaches::gather(const VoxelVolume& volume, const LiveFrame& frame, std::span<const VoxelVolume> beyond) {
+  Stopwatch watch;
+  try {
+    const LiveRays rays = liveRays(options_.raysPerCell, frame);
+    const std::vector<float> basis = basisOf(rays.direction);
+    forChunks(volume.parallelFor(), activeCells(), kCellsAtOnce, [&](std::uint32_t begin, std::uint32_t end) {
+      for (std::uint32_t c = begin; c < end; ++c) {
+        std::array<float, kCoefficients> sum{};
+        float brightest = 0.0f;
+        for (std::uint32_t i = 0; i < rays.direction.size(); ++i) {
+          const glm::vec3 radiance = radianceAlong(volume, beyond, cells_.position[c], rays.direction[i], rays.sky[i]);
+          if (radiance == glm::vec3(0.0f)) continue;
+          brightest = std::max({brightest, radiance.x, radiance.y, radiance.z});
+          const float* const y = basis.data() + std::size_t{kBasis} * i;
+          for (std::uint32_t k = 0; k < kBasis; ++k) {
+            sum[k] += radiance.x * y[k];
+            sum[kBasis + k] += radiance.y * y[k];
+            sum[2 * kBasis + k] += radiance.z * y[k];
+          }
         }
+        const float keep = isLit_[c] != 0 ? frame.keep : 0.0f;
+        float* const to = coefficients_.data() + std::size_t{kCoefficients} * c;
+        for (std::uint32_t k = 0; k < kCoefficients; ++k) to[k] = keep * to[k] + (1.0f - keep) * sum[k];
+        brightest_[c] = keep * brightest_[c] + (1.0f - keep) * brightest;
+        isLit_[c] = 1;
       }
-      const float keep = isLit_[c] != 0 ? frame.keep : 0.0f;
-      float* const to = coefficients_.data() + std::size_t{kCoefficients} * c;
-      for (std::uint32_t k = 0; k < kCoefficients; ++k) to[k] = keep * to[k] + (1.0f - keep) * sum[k];
-      brightest_[c] = keep * brightest_[c] + (1.0f - keep) * brightest;
-      isLit_[c] = 1;
-    }
-  });
+    });
+  } catch (const std::bad_alloc&) {
+    return noMemoryForCaches();
+  }
+  gatherMs_ = watch.lap();
+  return done();
 }
 
-Status LiveCaches::update(VoxelVolume& volume, const LiveFrame& frame) {
+Status LiveCaches::reflect(VoxelVolume& volume, const LiveFrame& frame, const LiveCaches* around) {
   if (Status ok = checkLiveFrame(frame); !ok) return ok;
   try {
     Stopwatch watch;
-    follow(volume);
+    follow(volume, around);
     cellsMs_ = watch.lap();
     if (!frame.freezeVoxels) {
       const bool bounces = frame.bounceScale > 0.0f;
@@ -169,12 +205,15 @@ Status LiveCaches::update(VoxelVolume& volume, const LiveFrame& frame) {
                      frame.emissionScale);
     }
     bounceMs_ = watch.lap();
-    gather(volume, frame);
-    gatherMs_ = watch.lap();
   } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::memory, "live light: memory ran out; fewer cells take less"};
+    return noMemoryForCaches();
   }
   return done();
+}
+
+Status LiveCaches::update(VoxelVolume& volume, const LiveFrame& frame) {
+  if (Status ok = reflect(volume, frame, nullptr); !ok) return ok;
+  return gather(volume, frame, {});
 }
 
 CellStencil LiveCaches::stencil(const glm::vec3& positionWorld, const glm::vec3& normal) const {

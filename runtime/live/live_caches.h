@@ -15,11 +15,22 @@
 #include "runtime/live/live_frame.h"
 #include "runtime/voxels/voxel_volume.h"
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace relume {
+
+// Light of some caches, weighted.
+struct CacheSum {
+  std::array<float, 27> coefficients{};  // [W/m²/sr] nine of red, of green, of blue
+  float brightest = 0.0f;                // [W/m²/sr] of any of their rays
+
+  // Of a stencil, `share` of it. The others: as LiveCaches has them.
+  void add(const CellStencil& stencil, float share, std::span<const float> from, std::span<const float> brightestOf);
+  glm::vec3 irradiance(const glm::vec3& normal) const;  // [W/m²]
+};
 
 // Irradiance [W/m²] at a unit normal from the caches of a stencil. coefficients and brightest: as LiveCaches has them.
 glm::vec3 readStencil(const CellStencil& stencil, std::span<const float> coefficients, std::span<const float> brightest,
@@ -36,7 +47,14 @@ class LiveCaches {
   // been lit directly. Cells that have just become active begin with what they gather now. Errors of
   // checkLiveFrame(); memory: it ran out. Last frame's light stays then.
   [[nodiscard]] Status update(VoxelVolume& volume, const LiveFrame& frame);
+  // The same in two steps, for volumes in one another (nested_caches.h). What has entered the volume begins with the
+  // light of `around`, the caches of the one that it lies in.
+  [[nodiscard]] Status reflect(VoxelVolume& volume, const LiveFrame& frame, const LiveCaches* around);
+  // Rays that leave the volume go on in the last of `beyond`, and from there in the one before it.
+  [[nodiscard]] Status gather(const VoxelVolume& volume, const LiveFrame& frame, std::span<const VoxelVolume> beyond);
   void reset();
+  // Others with the same options, of no volume as yet.
+  LiveCaches withoutLight() const { return LiveCaches(options_); }
 
   // Irradiance [W/m²] by all light but the punctual lights' own, at a receiver with unit normal, from the caches around
   // it that it sees. Finite and never negative; zero outside of the volume, and where position or normal is not finite.
@@ -57,9 +75,8 @@ class LiveCaches {
 
  private:
   explicit LiveCaches(const LiveOptions& options) : options_(options) {}
-  void follow(const VoxelVolume& volume);
+  void follow(const VoxelVolume& volume, const LiveCaches* around);
   void bounce(const VoxelVolume& volume, float scale);
-  void gather(const VoxelVolume& volume, const LiveFrame& frame);
 
   LiveOptions options_;
   CellSet cells_;

@@ -44,24 +44,12 @@ class TriangleOverlap {
   // visit(voxel) for each that is overlapped, within the grid.
   template <class Visit>
   void visit(const VolumeGrid& grid, const Visit& visit) const {
-    glm::ivec3 first, last;
-    for (int k = 0; k < 3; ++k) {
-      const int low = std::min({corner_[0][k], corner_[1][k], corner_[2][k]}),
-                high = std::max({corner_[0][k], corner_[1][k], corner_[2][k]});
-      first[k] = std::max((low - 1) >> kVoxelShift, 0);
-      last[k] = std::min(high >> kVoxelShift, grid.voxels()[k] - 1);
-    }
-    glm::ivec3 v;
-    for (v.z = first.z; v.z <= last.z; ++v.z) {
-      for (v.y = first.y; v.y <= last.y; ++v.y) {
-        const int cy = centre(v.y), cz = centre(v.z);
-        if (!isInside(0, cy, cz)) continue;
-        for (v.x = first.x; v.x <= last.x; ++v.x) {
-          const int cx = centre(v.x);
-          if (isNearPlane({cx, cy, cz}) && isInside(1, cz, cx) && isInside(2, cx, cy)) visit(v);
-        }
-      }
-    }
+    visitWithin(glm::ivec3(0), grid.voxels() - 1, visit);
+  }
+  // The same within the grid or not.
+  template <class Visit>
+  void visitAll(const Visit& visit) const {
+    visitWithin(glm::ivec3(INT16_MIN), glm::ivec3(INT16_MAX), visit);
   }
 
   // How many of sixteen places, spread over the voxel as seen along the normal's longest axis, the triangle covers
@@ -97,6 +85,27 @@ class TriangleOverlap {
     int u = 0, v = 0, offset = 0;
   };
   static int centre(int voxel) { return voxel * kVoxelSteps + kHalf; }
+  template <class Visit>
+  void visitWithin(const glm::ivec3& lowest, const glm::ivec3& highest, const Visit& visit) const {
+    glm::ivec3 first, last;
+    for (int k = 0; k < 3; ++k) {
+      const int low = std::min({corner_[0][k], corner_[1][k], corner_[2][k]}),
+                high = std::max({corner_[0][k], corner_[1][k], corner_[2][k]});
+      first[k] = std::max((low - 1) >> kVoxelShift, lowest[k]);
+      last[k] = std::min(high >> kVoxelShift, highest[k]);
+    }
+    glm::ivec3 v;
+    for (v.z = first.z; v.z <= last.z; ++v.z) {
+      for (v.y = first.y; v.y <= last.y; ++v.y) {
+        const int cy = centre(v.y), cz = centre(v.z);
+        if (!isInside(0, cy, cz)) continue;
+        for (v.x = first.x; v.x <= last.x; ++v.x) {
+          const int cx = centre(v.x);
+          if (isNearPlane({cx, cy, cz}) && isInside(1, cz, cx) && isInside(2, cx, cy)) visit(v);
+        }
+      }
+    }
+  }
   bool isNearPlane(const glm::ivec3& c) const {
     const glm::ivec3 d = c - corner_[0];
     return std::abs(normal_.x * d.x + normal_.y * d.y + normal_.z * d.z) <= reach_;

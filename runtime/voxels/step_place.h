@@ -46,9 +46,11 @@ struct StepPlace {
       for (std::size_t c = 0; c < 3; ++c)
         place.factor[k][c] = static_cast<std::int32_t>(
             std::floor(std::ldexp(scale * double{toWorld[static_cast<int>(c)][axis]}, -place.exponent) + 0.5));
-      const double steps = scale * (double{toWorld[3][axis]} - double{grid.originWorld[axis]});
+      const double steps = scale * (double{toWorld[3][axis]} - double{grid.anchor()[axis]});
       place.offset[k] =
           static_cast<std::int64_t>(std::floor(std::clamp(std::ldexp(steps, kPlaceShift), -0x1p+48, 0x1p+48) + 0.5));
+      // Whole steps, so that places in a grid that is moved are those from before it.
+      place.offset[k] -= (std::int64_t{kBrickSide * kVoxelSteps} << kPlaceShift) * grid.shift[axis];
     }
     place.mirrored = glm::determinant(glm::dmat3(glm::mat3(toWorld[0], toWorld[1], toWorld[2]))) < 0.0;
     return place;

@@ -23,7 +23,17 @@ struct VolumeGrid {
   glm::vec3 originWorld{0.0f};  // [m] the corner of voxel (0, 0, 0)
   float voxel = 1.0f;           // [m] edge
   glm::ivec3 cells{1};          // [1..kMaxCells]
+  // Where the grid has been moved to, in whole cells from a corner that stays: what is found of a place is then the
+  // same, to the bit, wherever the grid is (shifted()).
+  glm::ivec3 shift{0};
+  glm::vec3 anchorWorld{0.0f};  // [m] that corner, unless shift is 0
+  bool roams = false;           // it is moved: what reaches across its border counts as if there were none
 
+  const glm::vec3& anchor() const { return shift == glm::ivec3(0) ? originWorld : anchorWorld; }
+  // Whether their cells are the same ones, but for how many of them each begins from the corner that stays.
+  bool sharesCells(const VolumeGrid& other) const {
+    return voxel == other.voxel && cells == other.cells && anchor() == other.anchor();
+  }
   glm::ivec3 voxels() const { return kBrickSide * cells; }
   std::size_t cellCount() const {
     return static_cast<std::size_t>(cells.x) * static_cast<std::size_t>(cells.y) * static_cast<std::size_t>(cells.z);
@@ -31,6 +41,9 @@ struct VolumeGrid {
   float cell() const { return static_cast<float>(kBrickSide) * voxel; }
   bool holds(const glm::ivec3& v) const {
     return v.x >= 0 && v.y >= 0 && v.z >= 0 && v.x < 4 * cells.x && v.y < 4 * cells.y && v.z < 4 * cells.z;
+  }
+  bool holdsCell(const glm::ivec3& c) const {
+    return c.x >= 0 && c.y >= 0 && c.z >= 0 && c.x < cells.x && c.y < cells.y && c.z < cells.z;
   }
   // x fastest. [within cells]
   std::uint32_t cellIndex(const glm::ivec3& c) const {
@@ -44,7 +57,22 @@ struct VolumeGrid {
   // [voxels]
   glm::vec3 toGrid(const glm::vec3& positionWorld) const { return (positionWorld - originWorld) / voxel; }
   glm::vec3 toWorld(const glm::vec3& positionGrid) const { return originWorld + voxel * positionGrid; }
+  // The same of a place in a voxel, from the corner that stays. [voxels, from the voxel's middle]
+  glm::vec3 placeInVoxel(const glm::ivec3& v, const glm::dvec3& place) const {
+    return anchor() + voxel * glm::vec3(glm::dvec3(v + kBrickSide * shift) + 0.5 + place);
+  }
 };
+
+// The grid where it begins so many cells from the corner that stays.
+inline VolumeGrid shifted(const VolumeGrid& grid, const glm::ivec3& shift) {
+  VolumeGrid moved = grid;
+  moved.anchorWorld = grid.anchor();
+  moved.shift = shift;
+  moved.originWorld = moved.anchorWorld;
+  if (shift != glm::ivec3(0))
+    moved.originWorld = glm::vec3(glm::dvec3(moved.anchorWorld) + double{grid.cell()} * glm::dvec3(shift));
+  return moved;
+}
 
 // The bit of a voxel in its brick: x fastest.
 inline unsigned brickBit(const glm::ivec3& v) {

@@ -193,7 +193,7 @@ VoxelSide finish(const VolumeGrid& grid, std::span<const SnappedTriangle> triang
   const double reach = static_cast<double>(front ? s.outermost : -s.innermost) / 127.0;
   place += outward * (std::max(reach - glm::dot(place, outward), 0.0));
   place += glm::dvec3(side.normal) * (kVoxelSteps / 16.0);
-  side.positionWorld = grid.toWorld(glm::vec3(glm::dvec3(voxel) + 0.5 + place / double{kVoxelSteps}));
+  side.positionWorld = grid.placeInVoxel(voxel, place / double{kVoxelSteps});
   return side;
 }
 
@@ -240,6 +240,29 @@ void voxelise(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles
   layer.bits.assign(grid.cellCount(), 0);
   addBits(grid, triangles, parallelFor, layer.bits);
   number(layer);
+}
+
+VoxelLayer moveLayer(const VoxelLayer& layer, const VolumeGrid& to, const glm::ivec3& by) {
+  VoxelLayer moved;
+  moved.bits.assign(layer.bits.size(), 0);
+  for (std::uint32_t c = 0; c < moved.bits.size(); ++c) {
+    const glm::ivec3 from = to.cellAt(c) + by;
+    if (to.holdsCell(from)) moved.bits[c] = layer.bits[to.cellIndex(from)];
+  }
+  number(moved);
+  makeRoom(moved, moved.occupied);
+  for (std::uint32_t c = 0; c < moved.bits.size(); ++c) {
+    const auto count = static_cast<std::uint32_t>(std::popcount(moved.bits[c]));
+    if (count == 0) continue;
+    const std::uint32_t at = moved.first[c], from = layer.first[to.cellIndex(to.cellAt(c) + by)];
+    for (std::uint32_t i = 0; i < count; ++i) {
+      moved.axis[at + i] = layer.axis[from + i];
+      moved.voxel[at + i] = layer.voxel[from + i] - kBrickSide * by;
+      moved.side[2 * std::size_t{at + i}] = layer.side[2 * std::size_t{from + i}];
+      moved.side[2 * std::size_t{at + i} + 1] = layer.side[2 * std::size_t{from + i} + 1];
+    }
+  }
+  return moved;
 }
 
 void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles,

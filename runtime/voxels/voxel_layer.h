@@ -58,6 +58,10 @@ void addBits(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles,
 void voxelise(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
               VoxelLayer& layer);
 
+// A layer in a grid that begins so many cells farther on: of the cells that both grids have, others are empty. All of
+// its voxels are kept.
+VoxelLayer moveLayer(const VoxelLayer& layer, const VolumeGrid& to, const glm::ivec3& by);
+
 // Sides of the first `budget` occupied voxels, in the order of their numbers. Sums are of integers, so that they do not
 // depend on the order in which threads add them.
 void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles,

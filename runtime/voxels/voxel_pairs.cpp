@@ -38,14 +38,20 @@ void addPairs(const VolumeGrid& grid, const SnappedTriangle& triangle, std::uint
   parts.clear();
   std::uint32_t sum = 0;
   const TriangleOverlap overlap(triangle);
-  overlap.visit(grid, [&](const glm::ivec3& v) {
+  const auto add = [&](const glm::ivec3& v) {
     parts.push_back({v, overlap.covered(v)});
     sum += parts.back().covered;
-  });
+  };
+  if (grid.roams) {
+    overlap.visitAll(add);
+  } else {
+    overlap.visit(grid, add);
+  }
   const bool onFaces = isOnFaces(triangle);
   // Small triangles slip between the places: they give all their voxels the same.
   const auto count = static_cast<std::uint32_t>(parts.size());
   for (const Part& part : parts) {
+    if (grid.roams && !grid.holds(part.voxel)) continue;
     const std::uint32_t number = layer.numberOf(grid, part.voxel);
     if (number >= layer.kept || !layer.has(grid, part.voxel)) continue;
     const std::uint64_t share =

@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <memory_resource>
 #include <new>
@@ -24,14 +23,8 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kSnapChunk = 4096, kSides = 64;  // 4 x 64 places: as many as VisibilityBatch takes
-constexpr float kLift = 0.05f;                           // [voxel] of places off their surface, which is rounded
-
-// Of no other volume, so that what is kept of one is not taken for another's.
-std::uint64_t newVersion() {
-  static std::atomic<std::uint64_t> last{0};
-  return ++last;
-}
+constexpr std::uint32_t kSides = 64;  // 4 x 64 places: as many as VisibilityBatch takes
+constexpr float kLift = 0.05f;        // [voxel] of places off their surface, which is rounded
 
 Error voxelsError(const std::string& what) { return {ErrorCode::usage, "voxels: " + what}; }
 Error noMemoryForVoxels() { return {ErrorCode::memory, "voxels: memory ran out; fewer cells take less"}; }
@@ -83,6 +76,7 @@ Result<VoxelVolume> VoxelVolume::create(const VoxelGeometry& geometry, const Vox
     Bounds box{options.boxMin, options.boxMax, false};
     if (options.boxMin == options.boxMax) box = boundsOf(geometry);
     volume.grid_ = fitGrid(box.min, box.max, options.cells);
+    volume.grid_.roams = options.roams;
     volume.surfaces_.assign(geometry.surfaces.begin(), geometry.surfaces.end());
     std::vector<Mesh> meshes;
     for (const VoxelMesh& mesh : geometry.meshes) {
@@ -92,218 +86,29 @@ Result<VoxelVolume> VoxelVolume::create(const VoxelGeometry& geometry, const Vox
     }
     volume.meshes_ = std::make_shared<const std::vector<Mesh>>(std::move(meshes));
     for (const VoxelPart& part : geometry.parts) volume.parts_.push_back({part, true});
-    const std::size_t voxels = 64 * volume.grid_.cellCount();
-    volume.budget_ = options.surfaceBudget > 0 ? options.surfaceBudget
-                                               : static_cast<std::uint32_t>(std::max<std::size_t>(voxels / 4, 65536));
+    volume.surfaceBudget_ = options.surfaceBudget;
     volume.parallelFor_ = options.parallelFor;
-    Stopwatch watch;
-    for (const bool moves : {false, true}) {
-      Status ok = volume.fill(moves, volume.parts_, moves ? volume.moving_ : volume.standing_,
-                              moves ? volume.movingStats_ : volume.standingStats_);
-      if (!ok) return ok.error();
-    }
-    volume.standingVersion_ = newVersion();
-    volume.movingVersion_ = newVersion();
-    volume.bits_.resize(volume.grid_.cellCount());
-    volume.join(volume.sideLight(volume.standing_, volume.moving_, 0));
-    volume.voxeliseMs_ = watch.lap();
+    if (Status ok = volume.fillAll(); !ok) return ok.error();
     return volume;
   } catch (const std::bad_alloc&) {
     return noMemoryForVoxels();
   }
 }
 
-// The triangles of some parts that reach into a box, snapped, in the order of the parts; adds to the counts of `stats`.
-template <class Wants>
-Status VoxelVolume::snapParts(const std::vector<Part>& parts, const SnapBox& box, const Wants& wants,
-                              std::vector<SnappedTriangle>& triangles, VoxelStats& stats) const {
-  struct Piece {
-    std::uint32_t part = 0, begin = 0, end = 0;
-    std::vector<SnappedTriangle> snapped{};
-    SnapCounts counts{};
-    bool fits = true;
-  };
-  std::vector<Piece> pieces;
-  for (std::uint32_t p = 0; p < parts.size(); ++p) {
-    if (!parts[p].present || !wants(p)) continue;
-    const auto count = static_cast<std::uint32_t>((*meshes_)[parts[p].part.mesh].triangle.size());
-    for (std::uint32_t begin = 0; begin < count; begin += kSnapChunk)
-      pieces.push_back({p, begin, std::min(begin + kSnapChunk, count)});
-  }
-  forChunks(parallelFor_, static_cast<std::uint32_t>(pieces.size()), 1, [&](std::uint32_t first, std::uint32_t last) {
-    for (std::uint32_t i = first; i < last; ++i) {
-      Piece& piece = pieces[i];
-      const Part& part = parts[piece.part];
-      const Mesh& mesh = (*meshes_)[part.part.mesh];
-      piece.fits = snapTriangles(grid_, box, {mesh.position, mesh.triangle, mesh.surface}, surfaces_, part.part.toWorld,
-                                 piece.begin, piece.end, piece.snapped, piece.counts);
-    }
-  });
-  std::size_t total = 0;
-  for (const Piece& piece : pieces) {
-    total += piece.snapped.size();
-    if (!piece.fits || total > kMaxSnapped)
-      return voxelsError("part " + std::to_string(piece.part) + " makes more than " + std::to_string(kMaxSnapped) +
-                         " triangles of at most 8 voxels; use fewer cells or a smaller box");
-    stats.split += piece.counts.split;
-    stats.outside += piece.counts.outside;
-    stats.zeroArea += piece.counts.zeroArea;
-  }
-  triangles.reserve(total);
-  for (Piece& piece : pieces) {
-    triangles.insert(triangles.end(), piece.snapped.begin(), piece.snapped.end());
-    piece.snapped = {};
-  }
-  stats.triangles += total;
-  return done();
-}
-
-// Snap, voxelise and fill a layer from all parts that stand, or from all that move.
-Status VoxelVolume::fill(bool moves, const std::vector<Part>& parts, VoxelLayer& layer, VoxelStats& stats) const {
-  std::vector<SnappedTriangle> triangles;
-  stats = {};
-  const auto wants = [&](std::uint32_t p) { return parts[p].part.moves == moves; };
-  if (Status ok = snapParts(parts, SnapBox::of(grid_), wants, triangles, stats); !ok) return ok;
-  voxelise(grid_, triangles, parallelFor_, layer);
-  fillSides(grid_, triangles, surfaces_, budget_, parallelFor_, layer);
-  stats.occupied = layer.occupied;
-  stats.dropped = layer.occupied - layer.kept;
-  return done();
-}
-
-namespace {
-
-// Around all voxels that are set, and a voxel more: triangles on the face of a voxel overlap both.
-SnapBox boxAround(const VolumeGrid& grid, const std::vector<std::uint64_t>& bits) {
-  glm::ivec3 low = grid.cells, high(-1);
-  for (std::uint32_t c = 0; c < bits.size(); ++c) {
-    if (bits[c] == 0) continue;
-    low = glm::min(low, grid.cellAt(c));
-    high = glm::max(high, grid.cellAt(c));
-  }
-  const SnapBox all = SnapBox::of(grid);
-  constexpr int kCell = kBrickSide * kVoxelSteps;
-  return {glm::max(kCell * low - kVoxelSteps, all.low), glm::min(kCell * (high + 1) + kVoxelSteps, all.high)};
-}
-
-}  // namespace
-
-// The layer of what stands once some parts have been edited: as fill() has it, by the voxels alone in which those parts
-// were or are. All is filled where they are most of it.
-Status VoxelVolume::refill(const std::vector<Part>& parts, std::span<const PartEdit> edits, VoxelLayer& layer,
-                           VoxelStats& stats) const {
-  std::vector<std::uint8_t> isEdited(parts.size(), 0);
-  for (const PartEdit& e : edits) isEdited[e.part] = 1;
-  const SnapBox all = SnapBox::of(grid_);
-  std::vector<SnappedTriangle> before, after, around;
-  VoxelStats was, is, counted;
-  const auto wants = [&](std::uint32_t p) { return isEdited[p] != 0; };
-  if (Status ok = snapParts(parts_, all, wants, before, was); !ok) return ok;
-  if (Status ok = snapParts(parts, all, wants, after, is); !ok) return ok;
-  stats = standingStats_;
-  stats.triangles += is.triangles - was.triangles;
-  stats.split += is.split - was.split;
-  stats.outside += is.outside - was.outside;
-  stats.zeroArea += is.zeroArea - was.zeroArea;
-  if (2 * std::max(before.size(), after.size()) > stats.triangles || stats.triangles > kMaxSnapped)
-    return fill(false, parts, layer, stats);
-  std::vector<std::uint64_t> dirty(grid_.cellCount(), 0);
-  addBits(grid_, before, parallelFor_, dirty);
-  addBits(grid_, after, parallelFor_, dirty);
-  const auto stands = [&](std::uint32_t p) { return !parts[p].part.moves; };
-  if (Status ok = snapParts(parts, boxAround(grid_, dirty), stands, around, counted); !ok) return ok;
-  layer = standing_;
-  if (!patchSides(grid_, dirty, around, surfaces_, budget_, parallelFor_, layer))
-    return fill(false, parts, layer, stats);
-  stats.occupied = layer.occupied;
-  stats.dropped = 0;
-  return done();
-}
-
-// What both layers make together. `light` has the light of the sides, which may be fewer than before.
-void VoxelVolume::join(SideLight light) noexcept {
-  direct_ = std::move(light.direct);
-  radiance_ = std::move(light.radiance);
-  for (std::size_t c = 0; c < bits_.size(); ++c) bits_[c] = standing_.bits[c] | moving_.bits[c];
-}
-
-// Dark sides for two layers, of which the first `kept` have the light that they had.
-VoxelVolume::SideLight VoxelVolume::sideLight(const VoxelLayer& standing, const VoxelLayer& moving,
-                                              std::size_t kept) const {
-  SideLight light;
-  const std::size_t sides = standing.side.size() + moving.side.size(), same = std::min({kept, direct_.size(), sides});
-  light.direct.assign(direct_.begin(), direct_.begin() + static_cast<std::ptrdiff_t>(same));
-  light.radiance.assign(radiance_.begin(), radiance_.begin() + static_cast<std::ptrdiff_t>(same / 2));
-  light.direct.resize(sides, glm::vec3(0.0f));
-  light.radiance.resize(sides / 2);
-  for (std::size_t v = same / 2; v < sides / 2; ++v) {
-    const glm::vec3& axis = v < standing.kept ? standing.axis[v] : moving.axis[v - standing.kept];
-    for (int k = 0; k < 3; ++k)
-      light.radiance[v].axis[static_cast<std::size_t>(k)] =
-          static_cast<std::int8_t>(std::floor(127.0f * axis[k] + 0.5f));
-  }
-  return light;
-}
-
-// Parts that stand or move, where they are now: all that move, or of those that stand what has been edited.
-Status VoxelVolume::place(bool moves, std::vector<Part> parts, std::span<const PartEdit> edits) {
-  VoxelLayer layer;
-  VoxelStats stats;
-  if (Status ok = moves ? fill(true, parts, layer, stats) : refill(parts, edits, layer, stats); !ok) return ok;
-  SideLight light = moves ? sideLight(standing_, layer, standingSides()) : sideLight(layer, moving_, 0);
-  parts_ = std::move(parts);
-  (moves ? moving_ : standing_) = std::move(layer);
-  (moves ? movingStats_ : standingStats_) = stats;
-  join(std::move(light));
-  (moves ? movingVersion_ : standingVersion_) = newVersion();
-  return done();
-}
-
-Status VoxelVolume::move(std::span<const glm::mat4x3> toWorld) {
-  Stopwatch watch;
+Result<VoxelVolume> VoxelVolume::over(const VolumeGrid& grid) const {
   try {
-    std::vector<Part> parts = parts_;
-    std::size_t next = 0;
-    for (std::size_t p = 0; p < parts.size(); ++p) {
-      if (!parts[p].part.moves) continue;
-      if (next < toWorld.size()) {
-        if (Status ok = checkTransform(toWorld[next], p); !ok) return ok;
-        parts[p].part.toWorld = toWorld[next];
-      }
-      ++next;
-    }
-    if (next != toWorld.size())
-      return voxelsError("move() got " + std::to_string(toWorld.size()) + " transforms, expected one for each of " +
-                         std::to_string(next) + " parts that move");
-    if (Status ok = place(true, std::move(parts), {}); !ok) return ok;
+    VoxelVolume volume;
+    volume.grid_ = grid;
+    volume.surfaces_ = surfaces_;
+    volume.meshes_ = meshes_;
+    volume.parts_ = parts_;
+    volume.surfaceBudget_ = surfaceBudget_;
+    volume.parallelFor_ = parallelFor_;
+    if (Status ok = volume.fillAll(); !ok) return ok.error();
+    return volume;
   } catch (const std::bad_alloc&) {
     return noMemoryForVoxels();
   }
-  moveMs_ = watch.lap();
-  return done();
-}
-
-Status VoxelVolume::edit(std::span<const PartEdit> edits) {
-  for (const PartEdit& e : edits) {
-    if (e.part >= parts_.size())
-      return voxelsError("edit() of part " + std::to_string(e.part) + " of " + std::to_string(parts_.size()));
-    if (parts_[e.part].part.moves)
-      return voxelsError("edit() of part " + std::to_string(e.part) + ", which moves: move() places it");
-    if (Status ok = checkTransform(e.toWorld, e.part); !ok) return ok;
-  }
-  Stopwatch watch;
-  try {
-    std::vector<Part> parts = parts_;
-    for (const PartEdit& e : edits) {
-      parts[e.part].part.toWorld = e.toWorld;
-      parts[e.part].present = e.present;
-    }
-    if (Status ok = place(false, std::move(parts), edits); !ok) return ok;
-  } catch (const std::bad_alloc&) {
-    return noMemoryForVoxels();
-  }
-  voxeliseMs_ = watch.lap();
-  return done();
 }
 
 namespace {

@@ -6,6 +6,7 @@
 //   move()    a frame: moving parts alone, voxelised where they are now
 //   edit()    the editor: standing parts placed elsewhere, taken away or put back; voxels that they neither were nor
 //             are in stay as they are
+//   findShift() the same volume elsewhere, in whole cells (nested_volumes.h): voxels of cells that it has and had stay
 //   lightDirectly()  direct light of punctual lights on each side
 //   reflect() radiance of each side from direct light, light of the caches, and emission
 //
@@ -23,6 +24,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -38,6 +40,7 @@ struct VoxelOptions {
   std::uint32_t surfaceBudget =
       0;  // [voxels] that keep their sides, of each layer; 0 = a quarter of the volume, 65536 at least
   ParallelFor parallelFor{};  // empty = one thread
+  bool roams = false;         // the volume will be moved: VolumeGrid::roams
 };
 
 // What rays read of an occupied voxel, in half a cache line.
@@ -61,10 +64,23 @@ class VoxelVolume {
   // splitting (fewer cells, or a smaller box, make fewer); memory: it ran out.
   static Result<VoxelVolume> create(const VoxelGeometry& geometry, const VoxelOptions& options);
 
+  // A volume of the same parts, with those options, over another grid. Errors: as create(). [grid: 1 to kMaxCells
+  // cells]
+  Result<VoxelVolume> over(const VolumeGrid& grid) const;
+
   // [Size moving parts, in their order] usage: another number of transforms, one that is not finite; memory.
   [[nodiscard]] Status move(std::span<const glm::mat4x3> toWorld);
   // usage: no such part, one that moves, a transform that is not finite; memory.
   [[nodiscard]] Status edit(std::span<const PartEdit> edits);
+
+  // What a call would make of the volume, for several of which all change or none.
+  class Change;
+  Result<Change> findMove(std::span<const glm::mat4x3> toWorld) const;
+  Result<Change> findEdit(std::span<const PartEdit> edits) const;
+  // The grid begins so many cells from where it stood first (voxel_grid.h). Its bits and sides are those of a volume
+  // created there. Errors: as create().
+  Result<Change> findShift(const glm::ivec3& shift) const;
+  void take(Change change) noexcept;
 
   // Irradiance of each side by the setup's lights, with its visibility. usage: as Relighter::check().
   [[nodiscard]] Status lightDirectly(const LightSetup& setup);
@@ -144,12 +160,17 @@ class VoxelVolume {
 
   VoxelVolume() = default;
   template <class Wants>
-  Status snapParts(const std::vector<Part>& parts, const SnapBox& box, const Wants& wants,
+  Status snapParts(const VolumeGrid& grid, const std::vector<Part>& parts, const SnapBox& box, const Wants& wants,
                    std::vector<SnappedTriangle>& triangles, VoxelStats& stats) const;
-  Status fill(bool moves, const std::vector<Part>& parts, VoxelLayer& layer, VoxelStats& stats) const;
+  Status fill(const VolumeGrid& grid, bool moves, const std::vector<Part>& parts, VoxelLayer& layer,
+              VoxelStats& stats) const;
   Status refill(const std::vector<Part>& parts, std::span<const PartEdit> edits, VoxelLayer& layer,
                 VoxelStats& stats) const;
-  Status place(bool moves, std::vector<Part> parts, std::span<const PartEdit> edits);
+  Result<Change> find(bool moves, std::vector<Part> parts, std::span<const PartEdit> edits) const;
+  Status fillAll();
+  Status fillMoved(const VolumeGrid& from, const VolumeGrid& to, VoxelLayer& layer, VoxelStats& stats) const;
+  // [voxels] of each layer that keep their sides.
+  std::uint32_t budget() const;
   void join(SideLight light) noexcept;
   SideLight sideLight(const VoxelLayer& standing, const VoxelLayer& moving, std::size_t kept) const;
 
@@ -157,7 +178,7 @@ class VoxelVolume {
   std::vector<VoxelSurface> surfaces_;
   std::shared_ptr<const std::vector<Mesh>> meshes_;  // which copies share: the most of what a volume holds
   std::vector<Part> parts_;
-  std::uint32_t budget_ = 0;
+  std::uint32_t surfaceBudget_ = 0;  // as VoxelOptions has it
   ParallelFor parallelFor_;
   VoxelLayer standing_, moving_;
   VoxelStats standingStats_, movingStats_;
@@ -166,6 +187,18 @@ class VoxelVolume {
   std::vector<VoxelRadiance> radiance_;  // of standing voxels that are kept, then of moving ones
   std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
   double voxeliseMs_ = 0.0, moveMs_ = 0.0, directMs_ = 0.0, reflectMs_ = 0.0;
+};
+
+// Of the volume as it was when it was found: it may not have changed since.
+class VoxelVolume::Change {
+ private:
+  friend class VoxelVolume;
+  std::optional<std::vector<Part>> parts;
+  std::optional<VolumeGrid> grid;
+  std::optional<VoxelLayer> standing, moving;
+  VoxelStats standingStats, movingStats;
+  SideLight light;
+  double ms = 0.0;  // that it took to find
 };
 
 }  // namespace relume

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+// See nested_caches.h.
+#include "runtime/live/nested_caches.h"
+
+#include "formats/limits.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <new>
+
+namespace relume {
+
+float shareOfVolume(const VolumeGrid& grid, const VolumeGrid& outermost, std::size_t level, const glm::vec3& place) {
+  float share = 1.0f;
+  for (int k = 0; k < 3; ++k) {
+    const int low = outermost.shift[k] << level, high = low + (outermost.cells[k] << level);
+    const float at = place[k] / float{kBrickSide}, size = static_cast<float>(grid.cells[k]);
+    if (!(at >= 0.0f && at <= size)) return 0.0f;
+    if (grid.shift[k] != low) share = std::min(share, at / kBlendCells);
+    if (grid.shift[k] + grid.cells[k] != high) share = std::min(share, (size - at) / kBlendCells);
+  }
+  return share;
+}
+
+Result<NestedCaches> NestedCaches::create(const LiveOptions& options) {
+  Result<LiveCaches> first = LiveCaches::create(options);
+  if (!first) return first.error();
+  return NestedCaches(std::move(*first));
+}
+
+Status NestedCaches::update(NestedVolumes& volumes, const LiveFrame& frame) {
+  try {
+    while (caches_.size() < volumes.size()) caches_.push_back(caches_.front().withoutLight());
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::memory, "live light: memory ran out; fewer cells or cascades take less"};
+  }
+  while (caches_.size() > volumes.size()) caches_.pop_back();
+  for (std::size_t level = 0; level < caches_.size(); ++level) {
+    if (Status ok = caches_[level].reflect(volumes[level], frame, level > 0 ? &caches_[level - 1] : nullptr); !ok)
+      return ok;
+  }
+  for (std::size_t level = 0; level < caches_.size(); ++level) {
+    if (Status ok = caches_[level].gather(volumes[level], frame, volumes.all().first(level)); !ok) return ok;
+  }
+  return done();
+}
+
+void NestedCaches::reset() {
+  for (LiveCaches& each : caches_) each.reset();
+}
+
+NestedStencil NestedCaches::stencil(const glm::vec3& positionWorld, const glm::vec3& normal) const {
+  NestedStencil found;
+  if (!isWithin(positionWorld, kMaxCoordinate)) return found;
+  const VolumeGrid& outermost = caches_.front().cells().grid;
+  float rest = 1.0f;
+  for (std::size_t level = caches_.size(); level-- > 0 && rest > 0.0f;) {
+    const VolumeGrid& grid = caches_[level].cells().grid;
+    const float share = level > 0 ? shareOfVolume(grid, outermost, level, grid.toGrid(positionWorld)) : 1.0f;
+    if (!(share > 0.0f)) continue;
+    found.stencil[level] = caches_[level].stencil(positionWorld, normal);
+    // Far from surfaces small cells have no caches, and large ones do.
+    const auto& weight = found.stencil[level].weight;
+    if (std::all_of(weight.begin(), weight.end(), [](float w) { return w == 0.0f; })) continue;
+    found.share[level] = rest * share;
+    rest -= found.share[level];
+  }
+  if (rest > 0.0f && rest < 1.0f) {
+    for (float& share : found.share) share /= 1.0f - rest;
+  }
+  return found;
+}
+
+glm::vec3 NestedCaches::irradianceBy(const NestedStencil& stencil, const glm::vec3& normal) const {
+  CacheSum sum;
+  for (std::size_t level = 0; level < caches_.size(); ++level) {
+    if (stencil.share[level] > 0.0f)
+      sum.add(stencil.stencil[level], stencil.share[level], caches_[level].coefficients(), caches_[level].brightest());
+  }
+  return sum.irradiance(normal);
+}
+
+glm::vec3 NestedCaches::irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const {
+  return irradianceBy(stencil(positionWorld, normal), normal);
+}
+
+std::uint32_t NestedCaches::activeCells() const {
+  std::uint32_t sum = 0;
+  for (const LiveCaches& each : caches_) sum += each.activeCells();
+  return sum;
+}
+
+std::vector<PassTime> NestedCaches::passTimes() const {
+  std::vector<PassTime> sum = caches_.front().passTimes();
+  for (std::size_t level = 1; level < caches_.size(); ++level) {
+    const std::vector<PassTime> inner = caches_[level].passTimes();
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i].ms += inner[i].ms;
+  }
+  return sum;
+}
+
+std::vector<std::pair<std::string, std::size_t>> NestedCaches::bufferSizes() const {
+  auto sum = caches_.front().bufferSizes();
+  for (std::size_t level = 1; level < caches_.size(); ++level) {
+    const auto inner = caches_[level].bufferSizes();
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i].second += inner[i].second;
+  }
+  return sum;
+}
+
+}  // namespace relume

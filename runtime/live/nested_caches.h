@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// Light without a bake in volumes that lie in one another (runtime/voxels/nested_volumes.h): caches in the cells of
+// each. Rays that leave a volume go on in the one around it; voxels reflect the caches of their own volume; a receiver
+// reads those of the innermost volume that holds it, and near a face of that more and more of the one around it.
+//
+// Threads: as a Relighter's (relume/relighter.h), with the CPU backend.
+#pragma once
+
+#include "relume/result.h"
+#include "runtime/live/live_caches.h"
+#include "runtime/voxels/nested_volumes.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace relume {
+
+inline constexpr float kBlendCells = 2.0f;  // from a face on, in which a volume's caches take over
+
+// The share of a volume's caches at a place: 1 well inside, 0 at its faces and outside. Faces that are the outermost's
+// too have nothing around them: there it is 1. `level`: the outermost's cells are 2^level as large. [place: voxels]
+float shareOfVolume(const VolumeGrid& grid, const VolumeGrid& outermost, std::size_t level, const glm::vec3& place);
+
+// What a receiver reads in each volume, from the outermost on. The shares sum to 1, or are 0 where there is no cache.
+struct NestedStencil {
+  std::array<CellStencil, kMaxCascades> stencil{};
+  std::array<float, kMaxCascades> share{};
+};
+
+class NestedCaches {
+ public:
+  // Errors of checkLiveOptions().
+  static Result<NestedCaches> create(const LiveOptions& options);
+
+  // A frame, as LiveCaches has it: light onto the voxels of all volumes, then all caches.
+  [[nodiscard]] Status update(NestedVolumes& volumes, const LiveFrame& frame);
+  void reset();
+
+  // As LiveCaches's.
+  [[nodiscard]] glm::vec3 irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const;
+  [[nodiscard]] NestedStencil stencil(const glm::vec3& positionWorld, const glm::vec3& normal) const;
+  [[nodiscard]] glm::vec3 irradianceBy(const NestedStencil& stencil, const glm::vec3& normal) const;
+
+  // Of each volume, from the outermost on, as of the last update(); one at least.
+  std::size_t size() const { return caches_.size(); }
+  const LiveCaches& operator[](std::size_t level) const { return caches_[level]; }
+  // Sums over all.
+  std::uint32_t activeCells() const;
+  std::vector<PassTime> passTimes() const;
+  std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
+
+ private:
+  explicit NestedCaches(LiveCaches first) { caches_.push_back(std::move(first)); }
+
+  std::vector<LiveCaches> caches_;
+};
+
+}  // namespace relume

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+// See nested_volumes.h.
+#include "runtime/voxels/nested_volumes.h"
+
+#include "formats/limits.h"
+
+#include <glm/common.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+
+namespace relume {
+namespace {
+
+Error nestedError(const std::string& what) { return {ErrorCode::usage, "voxels: " + what}; }
+
+Error noMemoryForNested() { return {ErrorCode::memory, "voxels: memory ran out; fewer cells or cascades take less"}; }
+
+Status checkEye(const glm::vec3& eyeWorld) {
+  if (isWithin(eyeWorld, kMaxCoordinate)) return done();
+  return nestedError("the eye has a coordinate beyond 1e6 m, or one that is not finite");
+}
+
+// The grid of a volume that lies in another, of cells half as large: as many along each axis, or all that there are.
+VolumeGrid halfOf(const VolumeGrid& outer, std::uint32_t cells) {
+  VolumeGrid grid = outer;
+  grid.voxel = 0.5f * outer.voxel;
+  grid.cells = glm::min(2 * outer.cells, glm::ivec3(static_cast<int>(cells)));
+  grid.roams = true;
+  return shifted(grid, 2 * outer.shift);
+}
+
+// The shift of a grid whose middle is nearest to the eye, unless it is near enough where it is.
+glm::ivec3 follow(const VolumeGrid& grid, const glm::vec3& eyeWorld, bool isNew) {
+  constexpr double kNear = 0.75, kFarthest = 1 << 18;  // [cells] places then keep three bits below a voxel
+  const glm::dvec3 eye = (glm::dvec3(eyeWorld) - glm::dvec3(grid.anchor())) / double{grid.cell()};
+  glm::ivec3 shift = grid.shift;
+  for (int k = 0; k < 3; ++k) {
+    const double wanted = std::clamp(eye[k] - 0.5 * grid.cells[k], -kFarthest, kFarthest);
+    if (isNew || std::abs(wanted - shift[k]) > kNear) shift[k] = static_cast<int>(std::floor(wanted + 0.5));
+  }
+  return shift;
+}
+
+// Where it begins so that all of it lies in the outermost, whose cells are 2^level as large.
+glm::ivec3 keepWithin(const VolumeGrid& outermost, std::size_t level, const glm::ivec3& cells,
+                      const glm::ivec3& shift) {
+  const int scale = 1 << level;
+  const glm::ivec3 low = scale * outermost.shift, high = low + scale * outermost.cells - cells;
+  return glm::clamp(shift, low, high);
+}
+
+}  // namespace
+
+Result<NestedVolumes> NestedVolumes::create(const VoxelGeometry& geometry, const NestedOptions& options) {
+  if (options.cascades < 1 || options.cascades > kMaxCascades)
+    return nestedError(std::to_string(options.cascades) + " cascades, expected 1 to " + std::to_string(kMaxCascades));
+  if (options.eyeWorld) {
+    if (Status ok = checkEye(*options.eyeWorld); !ok) return ok.error();
+  }
+  try {
+    VoxelOptions box = options.outermost;
+    box.roams = options.boxFollowsEye;
+    Result<VoxelVolume> first = VoxelVolume::create(geometry, box);
+    if (!first) return first.error();
+    NestedVolumes nested(std::move(*first));
+    nested.boxFollowsEye_ = options.boxFollowsEye;
+    if (options.boxFollowsEye && options.eyeWorld) {
+      if (Result<bool> moved = nested.centre(*options.eyeWorld); !moved) return moved.error();
+    }
+    const VolumeGrid outermost = nested.outermost().grid();
+    const glm::vec3 middle = outermost.toWorld(0.5f * glm::vec3(outermost.voxels()));
+    for (std::uint32_t level = 1; level < options.cascades; ++level) {
+      VolumeGrid grid = halfOf(nested.volumes_.back().grid(), options.outermost.cells);
+      const glm::ivec3 wanted = follow(grid, options.eyeWorld.value_or(middle), true);
+      Result<VoxelVolume> inner =
+          nested.outermost().over(shifted(grid, keepWithin(outermost, level, grid.cells, wanted)));
+      if (!inner) return inner.error();
+      nested.volumes_.push_back(std::move(*inner));
+    }
+    return nested;
+  } catch (const std::bad_alloc&) {
+    return noMemoryForNested();
+  }
+}
+
+namespace {
+
+// Changes of all volumes, taken once all are found.
+template <class Find>
+Status changeAll(std::vector<VoxelVolume>& volumes, const Find& find) {
+  try {
+    std::vector<VoxelVolume::Change> changes;
+    changes.reserve(volumes.size());
+    for (const VoxelVolume& volume : volumes) {
+      Result<VoxelVolume::Change> change = find(volume);
+      if (!change) return change.error();
+      changes.push_back(std::move(*change));
+    }
+    for (std::size_t level = 0; level < volumes.size(); ++level) volumes[level].take(std::move(changes[level]));
+    return done();
+  } catch (const std::bad_alloc&) {
+    return noMemoryForNested();
+  }
+}
+
+}  // namespace
+
+Status NestedVolumes::move(std::span<const glm::mat4x3> toWorld) {
+  return changeAll(volumes_, [&](const VoxelVolume& volume) { return volume.findMove(toWorld); });
+}
+
+Status NestedVolumes::edit(std::span<const PartEdit> edits) {
+  return changeAll(volumes_, [&](const VoxelVolume& volume) { return volume.findEdit(edits); });
+}
+
+Status NestedVolumes::lightDirectly(const LightSetup& setup) {
+  for (VoxelVolume& volume : volumes_) {
+    if (Status ok = volume.lightDirectly(setup); !ok) return ok;
+  }
+  return done();
+}
+
+Result<bool> NestedVolumes::centre(const glm::vec3& eyeWorld) {
+  if (Status ok = checkEye(eyeWorld); !ok) return ok.error();
+  try {
+    std::vector<std::pair<std::size_t, VoxelVolume::Change>> changes;
+    changes.reserve(volumes_.size());
+    VolumeGrid box = outermost().grid();
+    for (std::size_t level = boxFollowsEye_ ? 0 : 1; level < volumes_.size(); ++level) {
+      const VolumeGrid& grid = volumes_[level].grid();
+      glm::ivec3 shift = follow(grid, eyeWorld, false);
+      if (level == 0) {
+        box = shifted(grid, shift);
+      } else {
+        shift = keepWithin(box, level, grid.cells, shift);
+      }
+      if (shift == grid.shift) continue;
+      Result<VoxelVolume::Change> change = volumes_[level].findShift(shift);
+      if (!change) return change.error();
+      changes.emplace_back(level, std::move(*change));
+    }
+    for (auto& [level, change] : changes) volumes_[level].take(std::move(change));
+    return !changes.empty();
+  } catch (const std::bad_alloc&) {
+    return noMemoryForNested();
+  }
+}
+
+VoxelStats NestedVolumes::stats() const {
+  VoxelStats sum = outermost().stats();
+  for (std::size_t level = 1; level < volumes_.size(); ++level) {
+    const VoxelStats inner = volumes_[level].stats();
+    sum.occupied += inner.occupied;
+    sum.dropped += inner.dropped;
+  }
+  return sum;
+}
+
+std::vector<PassTime> NestedVolumes::passTimes() const {
+  std::vector<PassTime> sum = outermost().passTimes();
+  for (std::size_t level = 1; level < volumes_.size(); ++level) {
+    const std::vector<PassTime> inner = volumes_[level].passTimes();
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i].ms += inner[i].ms;
+  }
+  return sum;
+}
+
+std::vector<std::pair<std::string, std::size_t>> NestedVolumes::bufferSizes() const {
+  auto sum = outermost().bufferSizes();
+  for (std::size_t level = 1; level < volumes_.size(); ++level) {
+    const auto inner = volumes_[level].bufferSizes();
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+      if (sum[i].first != "voxel geometry") sum[i].second += inner[i].second;  // which all share
+    }
+  }
+  return sum;
+}
+
+}  // namespace relume
