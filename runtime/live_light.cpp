@@ -3,7 +3,7 @@
 #include "relume/live_light.h"
 
 #include "runtime/live/live_backend.h"
-#include "runtime/live/live_caches.h"
+#include "runtime/live/nested_caches.h"
 
 #include <new>
 
@@ -12,12 +12,12 @@ namespace {
 
 class CpuLiveBackend final : public LiveBackend {
  public:
-  explicit CpuLiveBackend(LiveCaches caches) : caches_(std::move(caches)) {}
-  Status update(VoxelVolume& volume, const LightSetup& setup, const LiveFrame& frame) override {
+  explicit CpuLiveBackend(NestedCaches caches) : caches_(std::move(caches)) {}
+  Status update(NestedVolumes& volumes, const LightSetup& setup, const LiveFrame& frame) override {
     // Before direct light takes the place of last frame's.
     if (Status ok = checkLiveFrame(frame); !ok) return ok;
-    if (Status ok = volume.lightDirectly(setup); !ok) return ok;
-    return caches_.update(volume, frame);
+    if (Status ok = volumes.lightDirectly(setup); !ok) return ok;
+    return caches_.update(volumes, frame);
   }
   void reset() override { caches_.reset(); }
   glm::vec3 irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const override {
@@ -25,20 +25,20 @@ class CpuLiveBackend final : public LiveBackend {
   }
   const LiveGlResolve* gl() const override { return nullptr; }
   std::uint32_t caches() const override { return caches_.activeCells(); }
-  std::vector<PassTime> passTimes(const VoxelVolume& volume) const override {
-    const std::vector<PassTime> voxels = volume.passTimes(), found = caches_.passTimes();
+  std::vector<PassTime> passTimes(const NestedVolumes& volumes) const override {
+    const std::vector<PassTime> voxels = volumes.passTimes(), found = caches_.passTimes();
     return {found[0], voxels[2], found[1], found[2]};
   }
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const override { return caches_.bufferSizes(); }
 
  private:
-  LiveCaches caches_;
+  NestedCaches caches_;
 };
 
 }  // namespace
 
 struct LiveLight::State {
-  VoxelVolume volume;
+  NestedVolumes volumes;
   std::unique_ptr<LiveBackend> backend;
 };
 
@@ -53,28 +53,42 @@ Result<LiveLight> LiveLight::create(const VoxelGeometry& geometry, const LiveLig
     // What is cheap to refuse first.
     std::unique_ptr<LiveBackend> backend;
     if (options.backend == BackendKind::gl) {
+      if (options.cascades > 1 || options.boxFollowsEye)
+        return Error{ErrorCode::unsupported,
+                     "live light: the GL backend has one volume that stays where it is; cascades and boxFollowsEye "
+                     "need the CPU backend"};
       Result<std::unique_ptr<LiveBackend>> made = makeLiveGlBackend(options);
       if (!made) return made.error();
       backend = std::move(*made);
     } else {
-      Result<LiveCaches> made = LiveCaches::create({options.raysPerCell});
+      Result<NestedCaches> made = NestedCaches::create({options.raysPerCell});
       if (!made) return made.error();
       backend = std::make_unique<CpuLiveBackend>(std::move(*made));
     }
-    Result<VoxelVolume> volume = VoxelVolume::create(
-        geometry, {options.boxMin, options.boxMax, options.cells, options.surfaceBudget, options.parallelFor});
-    if (!volume) return volume.error();
-    return LiveLight(std::unique_ptr<State, Destroy>(new State{std::move(*volume), std::move(backend)}));
+    NestedOptions nested;
+    nested.outermost.boxMin = options.boxMin;
+    nested.outermost.boxMax = options.boxMax;
+    nested.outermost.cells = options.cells;
+    nested.outermost.surfaceBudget = options.surfaceBudget;
+    nested.outermost.parallelFor = options.parallelFor;
+    nested.cascades = options.cascades;
+    nested.boxFollowsEye = options.boxFollowsEye;
+    nested.eyeWorld = options.eyeWorld;
+    Result<NestedVolumes> volumes = NestedVolumes::create(geometry, nested);
+    if (!volumes) return volumes.error();
+    return LiveLight(std::unique_ptr<State, Destroy>(new State{std::move(*volumes), std::move(backend)}));
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::memory, "live light: memory ran out; fewer cells take less"};
   }
 }
 
-Status LiveLight::move(std::span<const glm::mat4x3> toWorld) { return state_->volume.move(toWorld); }
-Status LiveLight::edit(std::span<const PartEdit> edits) { return state_->volume.edit(edits); }
+Status LiveLight::move(std::span<const glm::mat4x3> toWorld) { return state_->volumes.move(toWorld); }
+Status LiveLight::edit(std::span<const PartEdit> edits) { return state_->volumes.edit(edits); }
+
+Result<bool> LiveLight::centre(const glm::vec3& eyeWorld) { return state_->volumes.centre(eyeWorld); }
 
 Status LiveLight::update(const LightSetup& setup, const LiveFrame& frame) {
-  return state_->backend->update(state_->volume, setup, frame);
+  return state_->backend->update(state_->volumes, setup, frame);
 }
 
 void LiveLight::reset() { state_->backend->reset(); }
@@ -84,18 +98,18 @@ glm::vec3 LiveLight::irradiance(const glm::vec3& positionWorld, const glm::vec3&
 }
 
 const LiveGlResolve* LiveLight::gl() const { return state_->backend->gl(); }
-VoxelStats LiveLight::voxels() const { return state_->volume.stats(); }
+VoxelStats LiveLight::voxels() const { return state_->volumes.stats(); }
 std::uint32_t LiveLight::caches() const { return state_->backend->caches(); }
 
 std::vector<PassTime> LiveLight::passTimes() const {
-  const std::vector<PassTime> voxels = state_->volume.passTimes();
+  const std::vector<PassTime> voxels = state_->volumes.passTimes();
   std::vector<PassTime> times{voxels[0], voxels[1]};
-  for (const PassTime& time : state_->backend->passTimes(state_->volume)) times.push_back(time);
+  for (const PassTime& time : state_->backend->passTimes(state_->volumes)) times.push_back(time);
   return times;
 }
 
 std::vector<std::pair<std::string, std::size_t>> LiveLight::bufferSizes() const {
-  auto sizes = state_->volume.bufferSizes();
+  auto sizes = state_->volumes.bufferSizes();
   for (auto& each : state_->backend->bufferSizes()) sizes.push_back(std::move(each));
   return sizes;
 }

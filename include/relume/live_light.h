@@ -5,6 +5,7 @@
 // and times.
 //
 //   create()  find the voxels of a level                       once: 0.3 to 0.9 s for 262,000 triangles
+//   centre()  volumes of finer voxels follow the eye           every frame, where there are several
 //   move()    parts that move, where they are now              every frame, if they did
 //   edit()    the editor: parts placed elsewhere or taken away
 //   update()  a frame: direct light on the voxels, then all caches
@@ -28,6 +29,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -41,9 +43,16 @@ struct LiveLightOptions {
   // [8..64] on the box's longest side; a cache in each that has surfaces near. A voxel is a quarter of a cell: what is
   // thinner closes gaps beside it, and two surfaces in one voxel share its light.
   std::uint32_t cells = 32;
-  std::uint32_t raysPerCell = 64;  // [8..4096] a frame: time and noise
-  // [voxels] that keep their sides, of what stands and of what moves; others hide light and are black. 0 = a quarter of
-  // the volume, 65536 at least.
+  // [1..4] volumes in one another: the outermost has the box, each other one cells half as large as the one around it,
+  // as many along each axis as reach across the box, `cells` at most. Those follow the eye (centre()), and stay within
+  // the box. Each takes the memory and time of a volume. More than one: with the CPU backend alone.
+  std::uint32_t cascades = 1;
+  // The outermost follows the eye as well and keeps its size: a part of a level that has no end. CPU backend alone.
+  bool boxFollowsEye = false;
+  std::optional<glm::vec3> eyeWorld{};  // [m] where create() centres what follows the eye; nothing = the box's middle
+  std::uint32_t raysPerCell = 64;       // [8..4096] a frame: time and noise
+  // [voxels] that keep their sides, of what stands and of what moves in each volume; others hide light and are black.
+  // 0 = a quarter of the volume, 65536 at least.
   std::uint32_t surfaceBudget = 0;
   ParallelFor parallelFor{};  // empty = one thread; its copies live as long as the light
   // GL backend: as RelightOptions has both. The CPU backend asks the setup's visibility or visibilityBatch.
@@ -88,12 +97,18 @@ class LiveLight {
  public:
   // usage: an option out of range, an index or a number of the geometry's out of its range (the message names surface,
   // mesh, triangle or part), a box that is not finite or inside out, more than 2^25 triangles once they are split into
-  // pieces of at most eight voxels, the GL backend without getProcAddress; unsupported: no OpenGL 4.3; failed: a shader
-  // did not compile; memory.
+  // pieces of at most eight voxels, the GL backend without getProcAddress; unsupported: no OpenGL 4.3, several cascades
+  // or a box that follows the eye with the GL backend; failed: a shader did not compile; memory.
   static Result<LiveLight> create(const VoxelGeometry& geometry, const LiveLightOptions& options);
   LiveLight(LiveLight&&) noexcept;
   LiveLight& operator=(LiveLight&&) noexcept;
   ~LiveLight();
+
+  // The eye is here now: what follows it moves in whole cells of its own, so that its middle lies within 3/4 of a cell
+  // of the eye on each axis, or as near as the box has it. Voxels and caches of the cells that it keeps stay as they
+  // are; caches of those that are new begin with the light of the volume around them, so that one that has jumped
+  // farther than itself begins anew. Returns whether any has moved. usage: an eye that is not finite; memory.
+  Result<bool> centre(const glm::vec3& eyeWorld);
 
   // [Size moving parts, in their order] usage: another number of transforms, one that is not finite; memory.
   [[nodiscard]] Status move(std::span<const glm::mat4x3> toWorld);
@@ -108,8 +123,9 @@ class LiveLight {
   void reset();
 
   // Irradiance [W/m²] by all light but the punctual lights' own, at a receiver with unit normal, from the caches around
-  // it that it sees. Finite and never negative; zero outside of the box, and where position or normal is not finite.
-  // With OpenGL the first call after a frame reads the caches back.
+  // it that it sees: those of the innermost volume that holds it and, within two of its cells of a face, more and more
+  // of the one around it. Finite and never negative; zero outside of the box, and where position or normal is not
+  // finite. With OpenGL the first call after a frame reads the caches back.
   [[nodiscard]] glm::vec3 irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const;
   // Null with the CPU backend.
   [[nodiscard]] const LiveGlResolve* gl() const;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // What a backend of light without a bake does: on the CPU (live_caches.h) and in OpenGL (runtime/live_gl). LiveLight
-// owns the volume and one of them.
+// owns the volumes and one of them.
 #pragma once
 
 #include "relume/live_light.h"
 #include "relume/result.h"
 #include "runtime/live/live_frame.h"
-#include "runtime/voxels/voxel_volume.h"
+#include "runtime/voxels/nested_volumes.h"
 
 #include <cstdint>
 #include <memory>
@@ -24,14 +24,14 @@ class LiveBackend {
   virtual ~LiveBackend() = default;
 
   // As LiveLight's functions of these names.
-  virtual Status update(VoxelVolume& volume, const LightSetup& setup, const LiveFrame& frame) = 0;
+  virtual Status update(NestedVolumes& volumes, const LightSetup& setup, const LiveFrame& frame) = 0;
   virtual void reset() = 0;
   virtual glm::vec3 irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const = 0;
   virtual const LiveGlResolve* gl() const = 0;
   virtual std::uint32_t caches() const = 0;
   // "cells", "direct", "bounce", "gather".
-  virtual std::vector<PassTime> passTimes(const VoxelVolume& volume) const = 0;
-  // Beside the volume's own.
+  virtual std::vector<PassTime> passTimes(const NestedVolumes& volumes) const = 0;
+  // Beside the volumes' own.
   virtual std::vector<std::pair<std::string, std::size_t>> bufferSizes() const = 0;
 };
 

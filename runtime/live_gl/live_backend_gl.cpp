@@ -10,7 +10,8 @@ class GlLiveBackend final : public LiveBackend, public LiveGlResolve {
  public:
   GlLiveBackend(LiveCachesGl caches, std::string glsl) : caches_(std::move(caches)), glsl_(std::move(glsl)) {}
 
-  Status update(VoxelVolume& volume, const LightSetup& setup, const LiveFrame& frame) override {
+  Status update(NestedVolumes& volumes, const LightSetup& setup, const LiveFrame& frame) override {
+    const VoxelVolume& volume = volumes.outermost();  // there are no others
     if (Status ok = checkLiveFrame(frame); !ok) return ok;
     if (Status ok = caches_.lightDirectly(volume, setup); !ok) return ok;
     return caches_.update(volume, frame);
@@ -21,7 +22,7 @@ class GlLiveBackend final : public LiveBackend, public LiveGlResolve {
   }
   const LiveGlResolve* gl() const override { return this; }
   std::uint32_t caches() const override { return caches_.activeCells(); }
-  std::vector<PassTime> passTimes(const VoxelVolume&) const override { return caches_.passTimes(); }
+  std::vector<PassTime> passTimes(const NestedVolumes&) const override { return caches_.passTimes(); }
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const override { return caches_.bufferSizes(); }
 
   const std::string& glsl() const override { return glsl_; }
