@@ -78,6 +78,9 @@ relume_status relume_live_create(relume_context* context, const relume_live_desc
     if (read.cells != 0) options.cells = read.cells;
     if (read.rays_per_cell != 0) options.raysPerCell = read.rays_per_cell;
     options.surfaceBudget = read.surface_budget;
+    if (read.cascades != 0) options.cascades = read.cascades;
+    options.boxFollowsEye = read.box_follows_eye != 0;
+    if (read.eye != nullptr) options.eyeWorld = vec3(read.eye);
     options.parallelFor = parallelForOf(*context->host);
     if (read.visibility_glsl != nullptr) options.visibilityGlsl = read.visibility_glsl;
     if (read.get_proc_address != nullptr) {
@@ -108,6 +111,16 @@ relume_status relume_live_edit_parts(relume_live* live, const relume_live_edit* 
     for (std::size_t i = 0; i < count; ++i)
       read.push_back({edits[i].part, transform(edits[i].to_world), edits[i].present != 0});
     return live->light.edit(read);
+  });
+}
+
+relume_status relume_live_centre(relume_live* live, const float* eye, int* moved) {
+  return run(live, [&]() -> Status {
+    if (eye == nullptr) return nullPointer("eye");
+    const Result<bool> found = live->light.centre(vec3(eye));
+    if (!found) return found.error();
+    if (moved != nullptr) *moved = *found ? 1 : 0;
+    return relume::done();
   });
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Light without a bake for a shader of the host's, as LiveCaches::irradiance() has it (runtime/live/live_caches.h):
+// Light without a bake for a shader of the host's, as NestedCaches::irradiance() has it
+// (runtime/live/nested_caches.h):
 //
 // vec3 relumeLiveIrradiance(vec3 positionWorld, vec3 n)   [W/m²] by all light but the punctual lights' own
 // vec3 relumeLiveGlossy(vec3 positionWorld, vec3 n, vec3 r, float exponent)   mean radiance in a cos^exponent lobe
@@ -7,22 +8,58 @@
 //
 // Both read the caches around a place once for an invocation: call them for one place and normal.
 #include "shared/layout.h"
+#define RELUME_LIVE_NESTED
 #include "lib/live_stencil.glsl"
 #include "lib/live_read.glsl"
 
+// The volumes, from the outermost on.
+uniform int relumeLiveVolumes;                          // 0 = there is no light yet
+uniform vec3 relumeLiveOrigins[RELUME_LIVE_MAX_VOLUMES];  // as relumeLiveOrigin and what follows it, of each
+uniform float relumeLiveVoxels[RELUME_LIVE_MAX_VOLUMES];
+uniform uvec3 relumeLiveSizes[RELUME_LIVE_MAX_VOLUMES];
+uniform int relumeLiveLayers[RELUME_LIVE_MAX_VOLUMES];
+uniform int relumeLiveOpen[RELUME_LIVE_MAX_VOLUMES];  // openFaces()
+
 bool relumeLiveIsRead = false;
+
+// shareOfVolume(). [place: voxels]
+float relumeLiveShare(int volume, vec3 place) {
+  vec3 at = 0.25 * place, size = vec3(relumeLiveSize);
+  if (!(all(greaterThanEqual(at, vec3(0.0))) && all(lessThanEqual(at, size)))) return 0.0;
+  float share = 1.0;
+  for (int k = 0; k < 3; ++k) {
+    if ((relumeLiveOpen[volume] >> k & 1) != 0) share = min(share, at[k] / RELUME_LIVE_BLEND_CELLS);
+    if ((relumeLiveOpen[volume] >> (3 + k) & 1) != 0) share = min(share, (size[k] - at[k]) / RELUME_LIVE_BLEND_CELLS);
+  }
+  return share;
+}
 
 void relumeLiveRead(vec3 positionWorld, vec3 n) {
   if (relumeLiveIsRead) return;
   relumeLiveIsRead = true;
   relumeLiveClear();
-  if (relumeLiveVoxel == 0.0) return;
-  ivec3 first;
-  uint slot[8];
-  float weight[8];
-  relumeLiveStencil((positionWorld - relumeLiveOrigin) / relumeLiveVoxel, n, first, slot, weight);
-  for (int k = 0; k < 8; ++k) {
-    if (weight[k] > 0.0) relumeLiveAdd(slot[k], weight[k]);
+  float rest = 1.0;
+  for (int v = relumeLiveVolumes - 1; v >= 0 && rest > 0.0; --v) {
+    relumeLiveOrigin = relumeLiveOrigins[v];
+    relumeLiveVoxel = relumeLiveVoxels[v];
+    relumeLiveSize = relumeLiveSizes[v];
+    relumeLiveLayer = relumeLiveLayers[v];
+    vec3 place = (positionWorld - relumeLiveOrigin) / relumeLiveVoxel;
+    float share = rest * (v > 0 ? relumeLiveShare(v, place) : 1.0), sum = 0.0;
+    if (share <= 0.0) continue;
+    ivec3 first;
+    uint slot[8];
+    float weight[8];
+    relumeLiveStencil(place, n, first, slot, weight);
+    for (int k = 0; k < 8; ++k) {
+      sum += weight[k];
+      if (weight[k] > 0.0) relumeLiveAdd(slot[k], share * weight[k]);
+    }
+    // Far from surfaces small cells have no caches, and large ones do.
+    if (sum > 0.0) rest -= share;
+  }
+  if (rest > 0.0 && rest < 1.0) {
+    for (int k = 0; k < 7; ++k) relumeLiveSum[k] /= 1.0 - rest;
   }
 }
 

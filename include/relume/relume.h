@@ -463,6 +463,9 @@ typedef struct relume_live_desc {
   const char* visibility_glsl;  /* RELUME_BACKEND_GL: as relume_relighter_desc has it */
   relume_get_proc_address get_proc_address;
   void* get_proc_address_user;
+  unsigned int cascades; /* [1..4] volumes in one another, about the eye (LiveLightOptions::cascades); 0 = 1 */
+  int box_follows_eye;   /* the outermost moves as well */
+  const float* eye;      /* [3] [m] where what follows it is centred at first; NULL = the box's middle */
 } relume_live_desc;
 
 /* Errors of LiveLight::create(). The text is the context's. */
@@ -473,6 +476,8 @@ RELUME_API const char* relume_live_error(const relume_live* live);
 /* Moving parts, all of them in their order: 12 floats each. */
 RELUME_API relume_status relume_live_move(relume_live* live, const float* to_world, size_t count);
 RELUME_API relume_status relume_live_edit_parts(relume_live* live, const relume_live_edit* edits, size_t count);
+/* The eye is here now [3] [m]: volumes follow it (LiveLight::centre()). `moved`: whether any has; may be NULL. */
+RELUME_API relume_status relume_live_centre(relume_live* live, const float* eye, int* moved);
 
 typedef struct relume_live_frame {
   size_t struct_size;

@@ -7,6 +7,7 @@
 #include "runtime/live/cell_field.h"
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/stopwatch.h"
+#include "runtime/voxels/radiance_along.h"
 
 #include <glm/geometric.hpp>
 
@@ -24,20 +25,6 @@ constexpr std::uint32_t kCellsAtOnce = 16, kSidesAtOnce = 512;   // of a chunk
 
 Error noMemoryForCaches() {
   return {ErrorCode::memory, "live light: memory ran out; fewer cells or cascades take less"};
-}
-
-// What a ray of a volume meets there or, once it has left it, in those that it lies in, from the last one on; else the
-// sky. [position: voxels]
-glm::vec3 radianceAlong(const VoxelVolume& volume, std::span<const VoxelVolume> beyond, const glm::vec3& position,
-                        const glm::vec3& direction, const glm::vec3& sky) {
-  constexpr float kFar = std::numeric_limits<float>::infinity();
-  const MarchHit hit = VoxelMarch(volume.grid(), volume.bits().data(), position, direction).first(kFar);
-  if (hit.found) return volume.radianceAt(hit.voxel, direction);
-  if (beyond.empty()) return sky;
-  const VoxelVolume& outer = beyond.back();
-  return radianceAlong(outer, beyond.first(beyond.size() - 1),
-                       placeInOuter(volume.grid(), outer.grid(), leavePlace(volume.grid(), position, direction)),
-                       direction, sky);
 }
 
 // Basis functions of a frame's rays, which are the same for all cells. [kBasis each, times 4 pi / rays]

@@ -3,6 +3,7 @@
 #include "runtime/live/nested_caches.h"
 
 #include "formats/limits.h"
+#include "shaders/shared/layout.h"
 
 #include <glm/geometric.hpp>
 
@@ -11,14 +12,25 @@
 
 namespace relume {
 
-float shareOfVolume(const VolumeGrid& grid, const VolumeGrid& outermost, std::size_t level, const glm::vec3& place) {
-  float share = 1.0f;
+static_assert(RELUME_LIVE_MAX_VOLUMES == kMaxCascades);
+
+std::uint32_t openFaces(const VolumeGrid& grid, const VolumeGrid& outermost, std::size_t level) {
+  std::uint32_t open = 0;
   for (int k = 0; k < 3; ++k) {
     const int low = outermost.shift[k] << level, high = low + (outermost.cells[k] << level);
+    if (grid.shift[k] != low) open |= 1u << k;
+    if (grid.shift[k] + grid.cells[k] != high) open |= 8u << k;
+  }
+  return open;
+}
+
+float shareOfVolume(const VolumeGrid& grid, std::uint32_t open, const glm::vec3& place) {
+  float share = 1.0f;
+  for (int k = 0; k < 3; ++k) {
     const float at = place[k] / float{kBrickSide}, size = static_cast<float>(grid.cells[k]);
     if (!(at >= 0.0f && at <= size)) return 0.0f;
-    if (grid.shift[k] != low) share = std::min(share, at / kBlendCells);
-    if (grid.shift[k] + grid.cells[k] != high) share = std::min(share, (size - at) / kBlendCells);
+    if (open >> k & 1u) share = std::min(share, at / RELUME_LIVE_BLEND_CELLS);
+    if (open >> (3 + k) & 1u) share = std::min(share, (size - at) / RELUME_LIVE_BLEND_CELLS);
   }
   return share;
 }
@@ -57,7 +69,8 @@ NestedStencil NestedCaches::stencil(const glm::vec3& positionWorld, const glm::v
   float rest = 1.0f;
   for (std::size_t level = caches_.size(); level-- > 0 && rest > 0.0f;) {
     const VolumeGrid& grid = caches_[level].cells().grid;
-    const float share = level > 0 ? shareOfVolume(grid, outermost, level, grid.toGrid(positionWorld)) : 1.0f;
+    const float share =
+        level > 0 ? shareOfVolume(grid, openFaces(grid, outermost, level), grid.toGrid(positionWorld)) : 1.0f;
     if (!(share > 0.0f)) continue;
     found.stencil[level] = caches_[level].stencil(positionWorld, normal);
     // Far from surfaces small cells have no caches, and large ones do.

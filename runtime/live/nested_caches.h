@@ -19,11 +19,12 @@
 
 namespace relume {
 
-inline constexpr float kBlendCells = 2.0f;  // from a face on, in which a volume's caches take over
+// Which faces of a volume have another one behind them: those that are not the outermost's too. Bit k: the lower one of
+// axis k, bit 3 + k: the upper. `level`: the outermost's cells are 2^level as large.
+std::uint32_t openFaces(const VolumeGrid& grid, const VolumeGrid& outermost, std::size_t level);
 
-// The share of a volume's caches at a place: 1 well inside, 0 at its faces and outside. Faces that are the outermost's
-// too have nothing around them: there it is 1. `level`: the outermost's cells are 2^level as large. [place: voxels]
-float shareOfVolume(const VolumeGrid& grid, const VolumeGrid& outermost, std::size_t level, const glm::vec3& place);
+// The share of a volume's caches at a place: 1 well inside, 0 at its open faces and outside. [place: voxels]
+float shareOfVolume(const VolumeGrid& grid, std::uint32_t open, const glm::vec3& place);
 
 // What a receiver reads in each volume, from the outermost on. The shares sum to 1, or are 0 where there is no cache.
 struct NestedStencil {

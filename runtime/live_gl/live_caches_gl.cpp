@@ -310,7 +310,9 @@ BackendKind LiveCachesGl::fasterBackend(const GetProcAddress& getProcAddress) {
 
 Result<std::string> LiveCachesGl::glsl() { return expandShader("live_resolve.glsl", {}); }
 
-void LiveCachesGl::setUniforms(std::uint32_t program) const { state_->setGrid(program); }
+void LiveCachesGl::setUniforms(std::uint32_t program) const {
+  gl::setVolume(state_->gl_, program, state_->cells.grid, state_->follows);
+}
 
 void LiveCachesGl::bind() const {
   if (!state_->follows) return;

@@ -194,7 +194,7 @@ Result<VoxelVolume::Change> VoxelVolume::findMove(std::span<const glm::mat4x3> t
       return changeError("move() got " + std::to_string(toWorld.size()) + " transforms, expected one for each of " +
                          std::to_string(next) + " parts that move");
     Result<Change> change = find(true, std::move(parts), {});
-    if (change) change->ms = watch.lap();
+    if (change) change->ms_ = watch.lap();
     return change;
   } catch (const std::bad_alloc&) {
     return noMemoryToChange();
@@ -217,7 +217,7 @@ Result<VoxelVolume::Change> VoxelVolume::findEdit(std::span<const PartEdit> edit
       parts[e.part].present = e.present;
     }
     Result<Change> change = find(false, std::move(parts), edits);
-    if (change) change->ms = watch.lap();
+    if (change) change->ms_ = watch.lap();
     return change;
   } catch (const std::bad_alloc&) {
     return noMemoryToChange();
@@ -272,7 +272,7 @@ Result<VoxelVolume::Change> VoxelVolume::findShift(const glm::ivec3& shift) cons
     }
     if (Status ok = fill(*change.grid, true, parts_, moving, change.movingStats); !ok) return ok.error();
     change.light = sideLight(standing, moving, 0);
-    change.ms = watch.lap();
+    change.ms_ = watch.lap();
     return change;
   } catch (const std::bad_alloc&) {
     return noMemoryToChange();
@@ -286,13 +286,13 @@ void VoxelVolume::take(Change change) noexcept {
     standing_ = std::move(*change.standing);
     standingStats_ = change.standingStats;
     standingVersion_ = newVersion();
-    voxeliseMs_ = change.ms;
+    voxeliseMs_ = change.ms_;
   }
   if (change.moving) {
     moving_ = std::move(*change.moving);
     movingStats_ = change.movingStats;
     movingVersion_ = newVersion();
-    if (!change.standing) moveMs_ = change.ms;
+    if (!change.standing) moveMs_ = change.ms_;
   }
   join(std::move(change.light));
 }

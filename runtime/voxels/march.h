@@ -141,27 +141,4 @@ class VoxelMarch {
   float t_ = 0.0f;
 };
 
-// Where a ray from within the grid leaves it: a little outside of the face that it crosses. [voxels]
-inline glm::vec3 leavePlace(const VolumeGrid& grid, const glm::vec3& origin, const glm::vec3& direction) {
-  constexpr float kOutside = 0.01f;  // [voxel]
-  const glm::vec3 size(grid.voxels());
-  int axis = 0;
-  float t = std::numeric_limits<float>::infinity();
-  for (int a = 0; a < 3; ++a) {
-    if (direction[a] == 0.0f) continue;
-    const float at = ((direction[a] > 0.0f ? size[a] : 0.0f) - origin[a]) / direction[a];
-    if (at >= t) continue;
-    t = at;
-    axis = a;
-  }
-  glm::vec3 place = glm::clamp(origin + t * direction, glm::vec3(0.0f), size);
-  place[axis] = direction[axis] > 0.0f ? size[axis] + kOutside : -kOutside;
-  return place;
-}
-
-// A place in a grid [voxels] in that of the volume that it lies in, whose voxels are twice as large.
-inline glm::vec3 placeInOuter(const VolumeGrid& inner, const VolumeGrid& outer, const glm::vec3& place) {
-  return 0.5f * place + static_cast<float>(kBrickSide / 2) * glm::vec3(inner.shift - 2 * outer.shift);
-}
-
 }  // namespace relume

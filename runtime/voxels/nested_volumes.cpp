@@ -3,6 +3,7 @@
 #include "runtime/voxels/nested_volumes.h"
 
 #include "formats/limits.h"
+#include "runtime/voxels/radiance_along.h"
 
 #include <glm/common.hpp>
 
@@ -53,6 +54,10 @@ glm::ivec3 keepWithin(const VolumeGrid& outermost, std::size_t level, const glm:
 
 }  // namespace
 
+NestedVolumes::NestedVolumes(VoxelVolume only) : voxeliseMs_(only.passTimes()[0].ms) {
+  volumes_.push_back(std::move(only));
+}
+
 Result<NestedVolumes> NestedVolumes::create(const VoxelGeometry& geometry, const NestedOptions& options) {
   if (options.cascades < 1 || options.cascades > kMaxCascades)
     return nestedError(std::to_string(options.cascades) + " cascades, expected 1 to " + std::to_string(kMaxCascades));
@@ -77,6 +82,7 @@ Result<NestedVolumes> NestedVolumes::create(const VoxelGeometry& geometry, const
       Result<VoxelVolume> inner =
           nested.outermost().over(shifted(grid, keepWithin(outermost, level, grid.cells, wanted)));
       if (!inner) return inner.error();
+      nested.voxeliseMs_ += inner->passTimes()[0].ms;
       nested.volumes_.push_back(std::move(*inner));
     }
     return nested;
@@ -89,7 +95,7 @@ namespace {
 
 // Changes of all volumes, taken once all are found.
 template <class Find>
-Status changeAll(std::vector<VoxelVolume>& volumes, const Find& find) {
+Status changeAll(std::vector<VoxelVolume>& volumes, double& ms, const Find& find) {
   try {
     std::vector<VoxelVolume::Change> changes;
     changes.reserve(volumes.size());
@@ -98,7 +104,11 @@ Status changeAll(std::vector<VoxelVolume>& volumes, const Find& find) {
       if (!change) return change.error();
       changes.push_back(std::move(*change));
     }
-    for (std::size_t level = 0; level < volumes.size(); ++level) volumes[level].take(std::move(changes[level]));
+    ms = 0.0;
+    for (std::size_t level = 0; level < volumes.size(); ++level) {
+      ms += changes[level].ms();
+      volumes[level].take(std::move(changes[level]));
+    }
     return done();
   } catch (const std::bad_alloc&) {
     return noMemoryForNested();
@@ -108,11 +118,12 @@ Status changeAll(std::vector<VoxelVolume>& volumes, const Find& find) {
 }  // namespace
 
 Status NestedVolumes::move(std::span<const glm::mat4x3> toWorld) {
-  return changeAll(volumes_, [&](const VoxelVolume& volume) { return volume.findMove(toWorld); });
+  double moveMs = 0.0;  // which the volumes have
+  return changeAll(volumes_, moveMs, [&](const VoxelVolume& volume) { return volume.findMove(toWorld); });
 }
 
 Status NestedVolumes::edit(std::span<const PartEdit> edits) {
-  return changeAll(volumes_, [&](const VoxelVolume& volume) { return volume.findEdit(edits); });
+  return changeAll(volumes_, voxeliseMs_, [&](const VoxelVolume& volume) { return volume.findEdit(edits); });
 }
 
 Status NestedVolumes::lightDirectly(const LightSetup& setup) {
@@ -141,11 +152,22 @@ Result<bool> NestedVolumes::centre(const glm::vec3& eyeWorld) {
       if (!change) return change.error();
       changes.emplace_back(level, std::move(*change));
     }
-    for (auto& [level, change] : changes) volumes_[level].take(std::move(change));
+    if (!changes.empty()) voxeliseMs_ = 0.0;
+    for (auto& [level, change] : changes) {
+      voxeliseMs_ += change.ms();
+      volumes_[level].take(std::move(change));
+    }
     return !changes.empty();
   } catch (const std::bad_alloc&) {
     return noMemoryForNested();
   }
+}
+
+glm::vec3 NestedVolumes::radianceAlong(const glm::vec3& originWorld, const glm::vec3& direction) const {
+  std::size_t level = volumes_.size() - 1;
+  while (level > 0 && !volumes_[level].grid().holdsPlace(originWorld)) --level;
+  return relume::radianceAlong(volumes_[level], all().first(level), volumes_[level].grid().toGrid(originWorld),
+                               direction, glm::vec3(0.0f));
 }
 
 VoxelStats NestedVolumes::stats() const {
@@ -162,8 +184,9 @@ std::vector<PassTime> NestedVolumes::passTimes() const {
   std::vector<PassTime> sum = outermost().passTimes();
   for (std::size_t level = 1; level < volumes_.size(); ++level) {
     const std::vector<PassTime> inner = volumes_[level].passTimes();
-    for (std::size_t i = 0; i < sum.size(); ++i) sum[i].ms += inner[i].ms;
+    for (std::size_t i = 1; i < sum.size(); ++i) sum[i].ms += inner[i].ms;
   }
+  sum[0].ms = voxeliseMs_;
   return sum;
 }
 

@@ -36,7 +36,7 @@ class NestedVolumes {
  public:
   // Errors of VoxelVolume::create(); usage: cascades out of range, an eye that is not finite.
   static Result<NestedVolumes> create(const VoxelGeometry& geometry, const NestedOptions& options);
-  explicit NestedVolumes(VoxelVolume only) { volumes_.push_back(std::move(only)); }
+  explicit NestedVolumes(VoxelVolume only);
 
   // As VoxelVolume's: all change or none.
   [[nodiscard]] Status move(std::span<const glm::mat4x3> toWorld);
@@ -46,6 +46,10 @@ class NestedVolumes {
   // Follow the eye. Each stays while the eye is within 3/4 of a cell of where it is centred. Returns whether any has
   // moved. usage: an eye that is not finite or farther than kMaxCoordinate; memory; all stay where they are then.
   Result<bool> centre(const glm::vec3& eyeWorld);
+
+  // Radiance [W/m²/sr] of the voxel that a ray meets first, in the innermost volume that holds its origin and beyond;
+  // black where there is none. [direction unit]
+  glm::vec3 radianceAlong(const glm::vec3& originWorld, const glm::vec3& direction) const;
 
   std::size_t size() const { return volumes_.size(); }
   // From the outermost on.
@@ -57,7 +61,7 @@ class NestedVolumes {
 
   // Voxels of all; triangles as the outermost has them.
   VoxelStats stats() const;
-  // Sums over all, by the names that VoxelVolume's have.
+  // Sums over all, by the names that VoxelVolume's have; "voxelise" of those that the last call has changed.
   std::vector<PassTime> passTimes() const;
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
   const ParallelFor& parallelFor() const { return volumes_.front().parallelFor(); }
@@ -65,6 +69,7 @@ class NestedVolumes {
  private:
   std::vector<VoxelVolume> volumes_;
   bool boxFollowsEye_ = false;
+  double voxeliseMs_ = 0.0;  // of the last create(), edit() or centre()
 };
 
 }  // namespace relume

@@ -56,6 +56,10 @@ struct VolumeGrid {
   }
   // [voxels]
   glm::vec3 toGrid(const glm::vec3& positionWorld) const { return (positionWorld - originWorld) / voxel; }
+  bool holdsPlace(const glm::vec3& positionWorld) const {
+    const glm::vec3 p = toGrid(positionWorld), size(voxels());
+    return p.x >= 0.0f && p.y >= 0.0f && p.z >= 0.0f && p.x < size.x && p.y < size.y && p.z < size.z;
+  }
   glm::vec3 toWorld(const glm::vec3& positionGrid) const { return originWorld + voxel * positionGrid; }
   // The same of a place in a voxel, from the corner that stays. [voxels, from the voxel's middle]
   glm::vec3 placeInVoxel(const glm::ivec3& v, const glm::dvec3& place) const {

@@ -191,6 +191,9 @@ class VoxelVolume {
 
 // Of the volume as it was when it was found: it may not have changed since.
 class VoxelVolume::Change {
+ public:
+  double ms() const { return ms_; }  // that it took to find
+
  private:
   friend class VoxelVolume;
   std::optional<std::vector<Part>> parts;
@@ -198,7 +201,7 @@ class VoxelVolume::Change {
   std::optional<VoxelLayer> standing, moving;
   VoxelStats standingStats, movingStats;
   SideLight light;
-  double ms = 0.0;  // that it took to find
+  double ms_ = 0.0;
 };
 
 }  // namespace relume

@@ -15,7 +15,7 @@ bool relumeLiveIsHidden(vec3 eye, vec3 way) {
     if (relumeLiveHolds(v)) {
       if ((v >> 2) != cell) {
         cell = v >> 2;
-        bits = texelFetch(relumeLiveCells, cell, 0).xy;
+        bits = relumeLiveCell(cell).xy;
       }
       if (relumeLiveIsSet(bits, relumeLiveBit(v))) return true;
     }
@@ -32,7 +32,7 @@ vec3 relumeLiveStepOut(vec3 place) {
   for (int tries = 0; tries < 3; ++tries) {
     ivec3 v = ivec3(floor(place));
     if (!relumeLiveHolds(v)) return place;
-    uvec4 brick = texelFetch(relumeLiveCells, v >> 2, 0);
+    uvec4 brick = relumeLiveCell(v >> 2);
     uint bit = relumeLiveBit(v);
     if (!relumeLiveIsSet(brick.xy, bit)) return place;
     int number = int(brick.z + relumeLiveCountBefore(brick.xy, bit));
@@ -60,7 +60,7 @@ void relumeLiveStencil(vec3 position, vec3 n, out ivec3 first, out uint slot[8],
     slot[k] = kRelumeLiveNone;
     before[k] = weight[k] = 0.0;
     if (any(lessThan(cell, ivec3(0))) || any(greaterThanEqual(cell, ivec3(relumeLiveSize)))) continue;
-    uint cache = texelFetch(relumeLiveCells, cell, 0).w;
+    uint cache = relumeLiveCell(cell).w;
     if (cache == kRelumeLiveNone) continue;
     slot[k] = cache >> 6;
     uint voxel = cache & 63u;

@@ -4,11 +4,24 @@
 // relumeLiveCells: bits of standing voxels in x and y; the number of the first of them; the cell's cache, 64 times its
 // slot and the voxel that it stands in, kRelumeLiveNone = none.
 layout(binding = RELUME_LIVE_UNIT_CELLS) uniform usampler3D relumeLiveCells;
+//
+// RELUME_LIVE_NESTED: there are several, whose layers of cells follow one another in the texture; these are of the one
+// that is read.
+#ifdef RELUME_LIVE_NESTED
+vec3 relumeLiveOrigin;
+float relumeLiveVoxel;
+uvec3 relumeLiveSize;
+int relumeLiveLayer;  // of relumeLiveCells, at which its cells begin
+#else
 uniform vec3 relumeLiveOrigin;  // [m] the corner of voxel (0, 0, 0)
 uniform float relumeLiveVoxel;  // [m] edge; 0 = there is no light yet
 uniform uvec3 relumeLiveSize;   // cells
+const int relumeLiveLayer = 0;
+#endif
 
 const uint kRelumeLiveNone = 0xFFFFFFFFu;
+
+uvec4 relumeLiveCell(ivec3 cell) { return texelFetch(relumeLiveCells, cell + ivec3(0, 0, relumeLiveLayer), 0); }
 
 bool relumeLiveHolds(ivec3 v) {
   return all(greaterThanEqual(v, ivec3(0))) && all(lessThan(v, 4 * ivec3(relumeLiveSize)));

@@ -178,6 +178,8 @@
 #define RELUME_LIVE_UNIT_RAYS 13      // gather
 #define RELUME_LIVE_UNIT_RADIANCE 14  // gather
 #define RELUME_LIVE_UNIT_MOVING 15    // gather
+#define RELUME_LIVE_MAX_VOLUMES 4
+#define RELUME_LIVE_BLEND_CELLS 2.0f  // from a face on, in which a volume takes over from the one around it
 #define RELUME_LIVE_PLANES_A_ROW 2048
 #define RELUME_LIVE_CACHES_A_ROW 256  // seven texels each
 #define RELUME_LIVE_SIDES_A_ROW 2048

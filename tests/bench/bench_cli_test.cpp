@@ -137,6 +137,18 @@ TEST_F(Bench, relightsAFinishedBake) {
   EXPECT_EQ(setting.at("relight").size(), 1u);
 }
 
+TEST_F(Bench, measuresVolumesThatFollowTheEye) {
+  const std::vector<std::string> few{kLevel,    "--live", "--live-cells",    "8", "--live-rays", "8", "--repeat", "2",
+                                     "--bakes", "1",      "--live-cascades", "2", "--json"};
+  const ProgramResult result = run(few);
+  ASSERT_EQ(result.status, 0) << result.err;
+  const nlohmann::json report = nlohmann::json::parse(result.out);
+  EXPECT_EQ(report.at("live").at("cascades"), 2);
+  const nlohmann::json& passes = report.at("live").at("relight").at(0).at("passes");
+  for (const char* pass : {"eye voxelise", "eye cells", "eye frame"})
+    EXPECT_GT(passes.at(pass).at("minMs").get<double>(), 0.0) << pass;
+}
+
 TEST_F(Bench, refusesWhatMakesNoSense) {
   struct Case {
     std::vector<std::string> arguments;

@@ -3,9 +3,9 @@
 // refused changes nothing; and every number that comes out is finite and not negative.
 #include "runtime/cones/cone_light.h"
 #include "runtime/cones/rsm_voxels.h"
-#include "runtime/live/live_caches.h"
+#include "runtime/live/nested_caches.h"
 #include "runtime/live/rsm_light.h"
-#include "runtime/voxels/voxel_volume.h"
+#include "runtime/voxels/nested_volumes.h"
 
 #include <algorithm>
 #include <array>
@@ -135,6 +135,34 @@ void followCones(const VoxelVolume& volume, Reader& in) {
   }
 }
 
+// Volumes in one another, which an eye at any place moves: their bits are those of a volume over the same grid.
+void followAnEye(const VoxelGeometry& level, const VoxelOptions& box, Reader& in) {
+  NestedOptions options;
+  options.outermost = box;
+  const auto bits = in.take<std::uint8_t>();
+  options.cascades = 1 + bits % 3;
+  options.boxFollowsEye = (bits & 16) != 0;
+  if ((bits & 32) != 0) options.eyeWorld = in.vector();
+  Result<NestedVolumes> volumes = NestedVolumes::create(level, options);
+  if (!volumes) return;
+  Result<NestedCaches> live = NestedCaches::create({8});
+  CHECK(static_cast<bool>(live));
+  for (int step = 0; step < 3 && !in.empty(); ++step) {
+    (void)volumes->centre(in.vector());
+    LiveFrame frame;
+    frame.sky.radiance = {0.5f, 1.0f, 0.0f};
+    CHECK(static_cast<bool>(live->update(*volumes, frame)));
+    CHECK(isLight(live->irradiance(in.vector(), in.vector())));
+    const glm::vec3 from = in.vector();
+    if (std::isfinite(from.x + from.y + from.z)) CHECK(isLight(volumes->radianceAlong(from, {0.6f, 0.8f, 0.0f})));
+  }
+  for (const VoxelVolume& volume : volumes->all()) {
+    const Result<VoxelVolume> made = volume.over(volume.grid());
+    CHECK(static_cast<bool>(made));
+    CHECK(std::equal(volume.bits().begin(), volume.bits().end(), made->bits().begin()));
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -183,6 +211,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   lightAndRead(*volume, *live, in);
   lightByMap(*volume, in);
   followCones(*volume, in);
+  followAnEye({surfaces, views, parts}, options, in);
   for (int step = 0; step < 3 && !in.empty(); ++step) {
     const std::vector<std::uint64_t> before(volume->bits().begin(), volume->bits().end());
     const glm::mat4x3 to = in.transform();

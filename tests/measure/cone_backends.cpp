@@ -87,9 +87,9 @@ int main(int argc, char** argv) {
   PixelCones cpu = orExit(PixelCones::create({})), cpuAll = orExit(PixelCones::create(all));
   ConesGl gl = orExit(ConesGl::create({{}, RadianceMips::Directions::six, true, EglContext::getProcAddress}));
   ConesGl glAll = orExit(ConesGl::create({all, RadianceMips::Directions::six, true, EglContext::getProcAddress}));
-  const ConeTracer tracer(voxels.volume, voxels.mips, voxels.sky());
+  const ConeTracer tracer(voxels.volume(), voxels.mips, voxels.sky());
   Least onCpu, onGpu;
-  take(onCpu, voxels.volume.passTimes());
+  take(onCpu, voxels.volume().passTimes());
   std::vector<glm::vec3> glossy(mirrored.size());
   const auto lobes = [&] {
     for (std::size_t i = 0; i < mirrored.size(); ++i) {
@@ -99,7 +99,7 @@ int main(int argc, char** argv) {
   };
   const int frames = number(7, 4), more = number(9, 0);
   for (int f = 0; f < frames; ++f) {
-    orExit(voxels.mips.update(voxels.volume));
+    orExit(voxels.mips.update(voxels.volume()));
     take(onCpu, voxels.mips.passTimes());
     orExit(cpu.update(tracer, g.receivers(), {}));
     take(onCpu, cpu.passTimes());
@@ -107,19 +107,19 @@ int main(int argc, char** argv) {
     lobes();
     take(onCpu,
          {{"lobes", std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count()}});
-    orExit(gl.fill(voxels.volume));
+    orExit(gl.fill(voxels.volume()));
     orExit(gl.trace(g.receivers(), voxels.sky(), mirrored));
     glFinish();
     take(onGpu, gl.passTimes());
   }
   // As where something moves: all voxels are numbered and listed anew.
-  orExit(voxels.volume.move({}));
-  orExit(gl.fill(voxels.volume));
+  orExit(voxels.volume().move({}));
+  orExit(gl.fill(voxels.volume()));
   const double anew = gl.passTimes()[0].ms;
   if (frames > 0) orExit(cpuAll.update(tracer, g.receivers(), {}));
   take(onCpu, cpuAll.passTimes(), "25 ");
   for (int f = 0; f <= more; ++f) {
-    orExit(glAll.fill(voxels.volume));
+    orExit(glAll.fill(voxels.volume()));
     orExit(glAll.trace(g.receivers(), voxels.sky()));
     glFinish();
     take(onGpu, glAll.passTimes(), "25 ");
@@ -128,7 +128,7 @@ int main(int argc, char** argv) {
   const std::vector<glm::vec4> found = gl.light(), foundAll = glAll.light();
   const std::vector<glm::vec3> foundGlossy = gl.glossy(), direct = glossy;
   for (int f = 0; f < more; ++f) {
-    orExit(gl.fill(voxels.volume));
+    orExit(gl.fill(voxels.volume()));
     orExit(gl.trace(g.receivers(), voxels.sky(), mirrored));
     glFinish();
     take(onGpu, gl.passTimes());
@@ -143,26 +143,26 @@ int main(int argc, char** argv) {
   RsmVoxels byMaps;
   onGpu.erase("inject");  // of frames without maps
   for (int f = 0; f < frames; ++f) {
-    orExit(byMaps.light(voxels.volume, images, glm::vec3(1.0f)));
+    orExit(byMaps.light(voxels.volume(), images, glm::vec3(1.0f)));
     take(onCpu, {byMaps.passTimes()[1]});
     if (f == 0) take(onCpu, {byMaps.passTimes()[0]});
-    orExit(gl.fill(voxels.volume, images, glm::vec3(1.0f)));
+    orExit(gl.fill(voxels.volume(), images, glm::vec3(1.0f)));
     glFinish();
     take(onGpu, {gl.passTimes()[1]});
   }
   for (int f = 0; f < more; ++f) {
-    orExit(gl.fill(voxels.volume, images, glm::vec3(1.0f)));
+    orExit(gl.fill(voxels.volume(), images, glm::vec3(1.0f)));
     glFinish();
     take(onGpu, {gl.passTimes()[1]});
   }
   const std::vector<glm::vec3> foundSides = gl.sideRadiance();
   std::uint32_t apart = 0;
-  for (std::uint32_t s = 0; frames > 0 && s < voxels.volume.sideCount(); ++s) {
-    const VoxelRadiance& r = voxels.volume.radiance()[s / 2];
+  for (std::uint32_t s = 0; frames > 0 && s < voxels.volume().sideCount(); ++s) {
+    const VoxelRadiance& r = voxels.volume().radiance()[s / 2];
     if (byMaps.targets().perFlux[s] > 0.0f && foundSides[s] != (s % 2 == 0 ? r.front : r.back)) ++apart;
   }
   if (frames > 0) {
-    orExit(voxels.mips.update(voxels.volume));
+    orExit(voxels.mips.update(voxels.volume()));
     lobes();
   }
   double lightOfMaps = 0.0, lightDirect = 0.0;
@@ -172,7 +172,7 @@ int main(int argc, char** argv) {
   }
 
   std::printf("%s, %u x %u pixels, %u cells, %u voxels; CPU: one thread; OpenGL: %s\n", argv[1], width, height,
-              request.live->cells, voxels.volume.stats().occupied,
+              request.live->cells, voxels.volume().stats().occupied,
               reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
   std::printf("| pass | CPU, ms | OpenGL, ms |\n|---|---:|---:|\n");
   const std::pair<const char*, const char*> passes[] = {{"", "voxels"},           {"direct", "direct light by rays"},

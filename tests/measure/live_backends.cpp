@@ -98,7 +98,7 @@ int main(int argc, char** argv) {
   Context context;
   const Scene scene = orExit(importGltf(argv[1], context));
   WorkerThreads pool(std::max(1u, std::thread::hardware_concurrency()));
-  VoxelVolume volume = orExit(voxeliseScene(scene, cells, pool.parallelFor(), context));
+  VoxelVolume volume = std::move(orExit(voxeliseScene(scene, {cells}, pool.parallelFor(), context)).outermost());
   const EglContext gl = orExit(EglContext::create({}));
   LiveCaches onCpu = orExit(LiveCaches::create({rays}));
   LiveCachesGl onGl = orExit(LiveCachesGl::create({{rays}, EglContext::getProcAddress, "", {}}));

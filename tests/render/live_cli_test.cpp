@@ -38,6 +38,21 @@ TEST_F(RenderCommand, lightsALevelWithoutABake) {
   EXPECT_GT(light[2], 0.0);
   EXPECT_GT(light[0], light[2]) << "emitters send straight to the caches as well";
   expectRefused(live({"--live-cells", "65"}), 1, {"--live-cells"});
+
+  // Smaller voxels about the camera.
+  const ProgramResult nested = live({"--lights", "spot", "--aov", "indirect,voxels", "--live-cascades", "3"});
+  ASSERT_EQ(nested.status, 0) << nested.err;
+  for (const char* name : {"indirect", "voxels"}) {
+    const auto picture = readExr(folder_ / (std::string("image.") + name + ".exr"));
+    ASSERT_TRUE(picture);
+    double sum = 0.0;
+    for (const float v : picture->channels.begin()->second) sum += v;
+    EXPECT_GT(sum, 0.0) << name;
+  }
+  expectRefused(live({"--live-cascades", "5"}), 1, {"--live-cascades"});
+  expectRefused(live({"--live-cascades", "2", "--backend", "gl"}), 1, {"--live-cascades", "--backend cpu"});
+  expectRefused(live({"--live-cascades", "2", "--bake", bake_}), 1, {"--live-cascades", "--bake"});
+  expectRefused(live({"--live-cascades", "2", "--live-transport", "rsm"}), 1, {"--live-cascades", "rsm"});
   expectRefused(live({"--bands", "Y3Co1Cg1"}), 1, {"--bands", "--live-transport rsm"});
 }
 

@@ -121,6 +121,7 @@ TEST_F(ViewerCommand, aLevelWithoutABakeIsLit) {
   ASSERT_EQ(frames("dark", "--view links --lights none"), 0);
   EXPECT_NE(last("links"), last("dark"));
   EXPECT_EQ(frames("wrong", "--live-cells 65"), 1);
+  EXPECT_EQ(frames("wrong", "--live-cascades 2 --live-backend gl"), 1);
 }
 
 TEST_F(ViewerCommand, emissionIsReadAsRenderReadsIt) {

@@ -16,8 +16,12 @@ namespace {
 
 using namespace test;
 
-// Fragments read the caches as LiveCaches::irradiance() does.
-TEST_F(LiveSession, openGlReadsTheLightAsTheCpuDoes) {
+// Fragments read the caches as NestedCaches::irradiance() does: of one volume, and of three in one another.
+class LiveSessionOfVolumes : public LiveSession, public testing::WithParamInterface<std::uint32_t> {};
+INSTANTIATE_TEST_SUITE_P(OneAndThree, LiveSessionOfVolumes, testing::Values(1u, 3u));
+
+TEST_P(LiveSessionOfVolumes, openGlReadsTheLightAsTheCpuDoes) {
+  options_.live.cascades = GetParam();
   show(0);
   constexpr int kFrames = 6;
   for (int i = 0; i < kFrames; ++i) frame();
@@ -28,8 +32,9 @@ TEST_F(LiveSession, openGlReadsTheLightAsTheCpuDoes) {
   // The same frames by the library alone
   const Scene level = scene();
   Context context;
-  auto live = LiveLevel::create(level, options_.live, context);
+  auto live = LiveLevel::create(level, options_.live, context, state.camera.position);
   ASSERT_TRUE(live);
+  ASSERT_EQ(live->volumes().size(), GetParam());
   LiveScene lit;
   for (const ViewedLight& light : state.lights) {
     if (light.on) lit.lights.push_back(light.light);

@@ -3,6 +3,7 @@
 #include "tools/cli/bench_live.h"
 
 #include "bake/base/printed.h"
+#include "bake/scene/camera_rays.h"
 #include "tools/base/printable.h"
 #include "tools/cli/bench_tables.h"
 #include "tools/render/render_frame.h"
@@ -21,7 +22,7 @@ namespace {
 constexpr double kFrameSeconds = 1.0 / 60.0;
 
 // Passes by what is done, with their names in the table.
-constexpr std::array<std::pair<const char*, const char*>, 11> kLivePasses{
+constexpr std::array<std::pair<const char*, const char*>, 16> kLivePasses{
     {{"pieces", "cut and read textures"},
      {"voxelise", "voxelise"},
      {"shadow rays", "shadow rays' structure"},
@@ -32,7 +33,12 @@ constexpr std::array<std::pair<const char*, const char*>, 11> kLivePasses{
      {"edit voxelise", "edit: voxelise"},
      {"edit shadow rays", "edit: rays' structure"},
      {"edit cells", "edit: cells"},
-     {"edit frame", "**frame after an edit**"}}};
+     {"edit frame", "**frame after an edit**"},
+     {"eye voxelise", "eye a cell on: voxelise"},
+     {"eye cells", "eye a cell on: cells"},
+     {"eye direct", "eye a cell on: direct light"},
+     {"eye gather", "eye a cell on: gather"},
+     {"eye frame", "**frame after the eye**"}}};
 
 // What standing part is moved: of those with triangles the median by their number.
 std::optional<std::uint32_t> medianPart(const Scene& scene) {
@@ -47,6 +53,12 @@ std::optional<std::uint32_t> medianPart(const Scene& scene) {
   return parts[parts.size() / 2];
 }
 
+// Of the first camera; nothing = the level's middle.
+std::optional<glm::vec3> eyeOf(const Scene& scene) {
+  if (scene.cameras.empty()) return std::nullopt;
+  return CameraRays(scene.cameras.front(), 1, 1).origin;
+}
+
 class Measurement {
  public:
   Measurement(const Scene& scene, const LiveLevelOptions& options) : scene_(scene), options_(options) {
@@ -58,7 +70,7 @@ class Measurement {
   Status make(int makes, Context& context) {
     for (int i = 0; i < makes; ++i) {
       level_.reset();
-      auto made = LiveLevel::create(scene_, options_, context);
+      auto made = LiveLevel::create(scene_, options_, context, eyeOf(scene_));
       if (!made) return made.error();
       level_.emplace(std::move(*made));
       for (const char* pass : {"pieces", "voxelise", "shadow rays"}) add(pass, pass);
@@ -90,6 +102,24 @@ class Measurement {
           add("edit voxelise", "voxelise") + add("edit shadow rays", "shadow rays") + add("edit cells", "cells");
       for (const char* pass : {"direct", "bounce", "gather"}) sum += timeOf(pass);
       ms_["edit frame"].push_back(sum);
+    }
+    return done();
+  }
+
+  // The eye goes a cell of the innermost volume on, and back.
+  Status walk(int steps, const Context& context) {
+    if (options_.cascades == 1) return done();
+    const NestedVolumes& volumes = level_->volumes();
+    const VolumeGrid inner = volumes[volumes.size() - 1].grid();
+    const glm::vec3 middle = inner.toWorld(0.5f * glm::vec3(inner.voxels()));
+    for (int i = 0; i < steps; ++i) {
+      if (context.cancelled()) return cancelledError();
+      frame_.eyeWorld = middle + glm::vec3(i % 2 == 0 ? inner.cell() : 0.0f, 0.0f, 0.0f);
+      if (Status ok = level_->update(frame_, kFrameSeconds); !ok) return ok;
+      double sum = timeOf("bounce");
+      for (const char* pass : {"voxelise", "cells", "direct", "gather"})
+        sum += add((std::string("eye ") + pass).c_str(), pass);
+      ms_["eye frame"].push_back(sum);
     }
     return done();
   }
@@ -146,7 +176,8 @@ Result<LiveFigures> measureLive(const Scene& scene, const LiveLevelOptions& opti
     if (part) {
       if (Status ok = measured.edit(*part, makes, context); !ok) return ok.error();
     }
-    figures.voxels = measured.level().volume().stats().occupied;
+    if (Status ok = measured.walk(2 * makes, context); !ok) return ok.error();
+    figures.voxels = measured.level().volumes().stats().occupied;
     figures.caches = measured.level().light().activeCells();
     figures.times.push_back(measured.times());
   }
@@ -157,6 +188,7 @@ std::string toMarkdown(const LiveFigures& figures) {
   std::string text = "\n## Light without a bake\n\n" +
                      printed("%u cells on the longest side, %u rays: ", figures.options.cells, figures.options.rays) +
                      printed("%u voxels, %u caches.", figures.voxels, figures.caches);
+  if (figures.options.cascades > 1) text += printed(" Of %u volumes in one another.", figures.options.cascades);
   if (!figures.edited.empty())
     text +=
         " Edits move \"" + printable(figures.edited) + "\", " + std::to_string(figures.editedTriangles) + " triangles.";
@@ -185,6 +217,7 @@ nlohmann::json toJson(const LiveFigures& figures) {
   nlohmann::json relight = nlohmann::json::array();
   for (const RelightTimes& times : figures.times) relight.push_back(toJson(times));
   return {{"cells", figures.options.cells},
+          {"cascades", figures.options.cascades},
           {"rays", figures.options.rays},
           {"voxels", figures.voxels},
           {"caches", figures.caches},

@@ -75,6 +75,7 @@ std::string describeCommand(const BenchArguments& a) {
   if (a.live) {
     text += " " + fileName(a.scene) + " --live --live-cells " + std::to_string(a.liveOptions.cells) + " --live-rays " +
             std::to_string(a.liveOptions.rays);
+    if (a.liveOptions.cascades > 1) text += " --live-cascades " + std::to_string(a.liveOptions.cascades);
   } else if (!a.bakeFile.empty()) {
     text += " --bake " + fileName(a.bakeFile);
   } else {
@@ -342,6 +343,13 @@ void addBenchCommand(CLI::App& app, Action& action) {
       "--live", a->live, "Measure light without a bake, in place of bakes: --bakes levels, --repeat frames");
   command->add_option("--live-cells", a->liveOptions.cells, "Cells on the level's longest side [8..64]")
       ->check(CLI::Range(kMinCells, kMaxCells).description(""))
+      ->needs(live)
+      ->capture_default_str();
+  command
+      ->add_option("--live-cascades", a->liveOptions.cascades,
+                   "Volumes in one another, each with cells half as large as the one around it; about the "
+                   "first camera, or the level's middle [1..4]")
+      ->check(CLI::Range(1u, kMaxCascades).description(""))
       ->needs(live)
       ->capture_default_str();
   command->add_option("--live-rays", a->liveOptions.rays, "Rays of a cell in each frame [8..4096]")

@@ -9,7 +9,7 @@
 #include "relume/bake/scene.h"
 #include "relume/bake_file.h"
 #include "runtime/shared/bands.h"
-#include "runtime/voxels/voxel_grid.h"
+#include "runtime/voxels/nested_volumes.h"
 #include "tools/base/number_check.h"
 #include "tools/base/output_files.h"
 #include "tools/base/parse_numbers.h"
@@ -95,6 +95,11 @@ Status checkLive(const RenderArguments& arguments, RenderRequest& request) {
   if (!rsm) return rsm.error();
   if (*rsm && arguments.backend != "cpu") return usage("--live-transport rsm runs on the CPU: --backend cpu");
   if (*rsm && !arguments.bake.empty()) return usage("--live-transport rsm lights without a bake: leave out --bake");
+  if (arguments.liveRequest.cascades > 1) {
+    if (arguments.backend != "cpu") return usage("--live-cascades runs on the CPU: --backend cpu");
+    if (!arguments.bake.empty()) return usage("--live-cascades lights without a bake: leave out --bake");
+    if (*rsm) return usage("--live-cascades: --live-transport rsm lights one volume; leave out one of the two");
+  }
   request.live = arguments.liveRequest;
   request.live->rsm = *rsm;
   return done();
@@ -340,6 +345,13 @@ void addRenderCommand(CLI::App& app, Action& action) {
                                              "rays that a cell gathers by in each frame, with --live or --edited-from")
                                 ->check(CLI::Range(8, 4096))
                                 ->capture_default_str();
+  command
+      ->add_option("--live-cascades", a->liveRequest.cascades,
+                   "volumes in one another about the camera, each with cells half as large as the one around it, with "
+                   "--live and --backend cpu")
+      ->check(CLI::Range(1u, kMaxCascades))
+      ->needs(live)
+      ->capture_default_str();
   addRsmFlags(*command, live, a->rsm);
   command->add_option("--bounces", a->bounces, "how often light is reflected at most: 1..1000 or converged")
       ->capture_default_str();

@@ -9,6 +9,8 @@
 #include <glm/gtc/type_ptr.hpp>
 
 #include <algorithm>
+#include <bit>
+#include <string>
 
 namespace relume {
 namespace {
@@ -34,17 +36,56 @@ std::uint32_t rowsOf(std::size_t items, std::uint32_t aRow) {
 
 }  // namespace
 
-LiveTexels texelsOf(const LiveCaches& light) {
-  const CellSet& cells = light.cells();
-  LiveTexels texels{cells.grid, cellTexels(cells), cells.plane, {}};
-  texels.light.resize(light.activeCells());
-  for (std::size_t i = 0; i < texels.light.size(); ++i) {
+namespace {
+
+void addLight(const LiveCaches& light, LiveTexels& texels) {
+  const std::size_t first = texels.light.size();
+  texels.light.resize(first + light.activeCells());
+  for (std::size_t i = 0; i < light.activeCells(); ++i) {
     const float* const from = light.coefficients().data() + 3 * kCoefficients * i;
-    float* const to = glm::value_ptr(texels.light[i][0]);
+    float* const to = glm::value_ptr(texels.light[first + i][0]);
     for (std::uint32_t k = 0; k < kCoefficients; ++k) {
       for (std::uint32_t c = 0; c < 3; ++c) to[3 * k + c] = from[kCoefficients * c + k];
     }
     to[3 * kCoefficients] = light.brightest()[i];
+  }
+}
+
+// Where the volume's layers are in the texture, which is as wide as the widest of all. Planes of voxels that were
+// dropped are nothing: who is in one stays there.
+void addCells(const CellSet& cells, const LiveTexels::Volume& volume, LiveTexels& texels) {
+  const std::uint32_t caches = static_cast<std::uint32_t>(texels.light.size()),
+                      planes = static_cast<std::uint32_t>(texels.plane.size());
+  const std::vector<glm::uvec4> own = cellTexels(cells);
+  for (std::uint32_t c = 0; c < own.size(); ++c) {
+    const glm::ivec3 at = cells.grid.cellAt(c) + glm::ivec3(0, 0, volume.layer);
+    glm::uvec4 texel = own[c];
+    texel.z += planes;
+    if (texel.w != kInactive) texel.w += 64 * caches;
+    texels.cell[static_cast<std::size_t>((at.z * texels.size.y + at.y) * texels.size.x + at.x)] = texel;
+  }
+  texels.plane.insert(texels.plane.end(), cells.plane.begin(), cells.plane.end());
+  if (cells.first.empty()) return;
+  const std::size_t occupied = cells.first.back() + static_cast<std::size_t>(std::popcount(cells.standing.back()));
+  texels.plane.resize(std::max(texels.plane.size(), planes + occupied));
+}
+
+}  // namespace
+
+LiveTexels texelsOf(const NestedCaches& light) {
+  LiveTexels texels;
+  texels.size.z = 0;
+  for (std::size_t level = 0; level < light.size(); ++level) {
+    const VolumeGrid& grid = light[level].cells().grid;
+    texels.volumes.push_back({grid, texels.size.z, openFaces(grid, light[0].cells().grid, level)});
+    texels.size = {std::max(texels.size.x, grid.cells.x), std::max(texels.size.y, grid.cells.y),
+                   texels.size.z + grid.cells.z};
+  }
+  texels.cell.assign(static_cast<std::size_t>(texels.size.x * texels.size.y * texels.size.z),
+                     glm::uvec4(0, 0, 0, kInactive));
+  for (std::size_t level = 0; level < light.size(); ++level) {
+    addCells(light[level].cells(), texels.volumes[level], texels);
+    addLight(light[level], texels);
   }
   return texels;
 }
@@ -81,9 +122,8 @@ Result<LiveField> LiveField::create(const LiveNames& names) {
 Status LiveField::upload(const LiveTexels& texels) {
   while (glGetError() != GL_NO_ERROR) {
   }
-  isLit_ = false;
-  grid_ = texels.grid;
-  const glm::ivec3 size = grid_.cells;
+  volumes_.clear();
+  const glm::ivec3& size = texels.size;
   const std::uint32_t planeRows = rowsOf(texels.plane.size(), kPlanesARow),
                       lightRows = rowsOf(texels.light.size(), kCachesARow);
   std::vector<std::array<std::int8_t, 4>> plane(texels.plane);
@@ -105,19 +145,26 @@ Status LiveField::upload(const LiveTexels& texels) {
   if (const GLenum error = glGetError(); error != GL_NO_ERROR)
     return Error{ErrorCode::failed, "OpenGL error " + std::to_string(error) + " while uploading live light of " +
                                         std::to_string(texels.light.size()) + " caches"};
-  isLit_ = true;
+  volumes_ = texels.volumes;
   return done();
 }
 
 void LiveField::setUniforms(GLuint program) const {
-  const glm::vec3& origin = grid_.originWorld;
-  const glm::uvec3 size(grid_.cells);
   const auto location = [&](const char* name) {
     return glGetUniformLocation(program, (std::string(names_.prefix) + name).c_str());
   };
-  glProgramUniform3f(program, location("Origin"), origin.x, origin.y, origin.z);
-  glProgramUniform1f(program, location("Voxel"), isLit_ ? grid_.voxel : 0.0f);
-  glProgramUniform3ui(program, location("Size"), size.x, size.y, size.z);
+  glProgramUniform1i(program, location("Volumes"), static_cast<GLint>(volumes_.size()));
+  for (std::size_t i = 0; i < volumes_.size(); ++i) {
+    const LiveTexels::Volume& volume = volumes_[i];
+    const auto element = [&](const char* name) { return location((name + ("[" + std::to_string(i) + "]")).c_str()); };
+    const glm::vec3& origin = volume.grid.originWorld;
+    const glm::uvec3 size(volume.grid.cells);
+    glProgramUniform3f(program, element("Origins"), origin.x, origin.y, origin.z);
+    glProgramUniform1f(program, element("Voxels"), volume.grid.voxel);
+    glProgramUniform3ui(program, element("Sizes"), size.x, size.y, size.z);
+    glProgramUniform1i(program, element("Layers"), volume.layer);
+    glProgramUniform1i(program, element("Open"), static_cast<GLint>(volume.open));
+  }
 }
 
 void LiveField::bind() const {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The frames that a picture by light without a bake takes, on the CPU (LiveCaches) and in OpenGL (LiveCachesGl).
+// The frames that a picture by light without a bake takes, on the CPU (NestedCaches) and in OpenGL (LiveCachesGl).
 #pragma once
 
 #include "relume/bake/context.h"
 #include "relume/result.h"
 #include "runtime/live/live_frame.h"
-#include "runtime/voxels/voxel_volume.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -18,8 +17,8 @@ inline constexpr int kLiveOfABounce = 32;  // frames of each bounce, where they 
 
 // Some frames of one bounce, or of unreflected light: averaged rays over voxels that stay as they are. The first set of
 // rays is `set`.
-template <class Caches>
-Status gatherOnce(Caches& light, VoxelVolume& volume, LiveFrame frame, int set, int frames, Context& context) {
+template <class Caches, class Volume>
+Status gatherOnce(Caches& light, Volume& volume, LiveFrame frame, int set, int frames, Context& context) {
   for (int f = 0; f < frames && !context.cancelled(); ++f) {
     frame.freezeVoxels = f > 0;
     frame.keep = static_cast<float>(f) / static_cast<float>(f + 1);
@@ -29,8 +28,8 @@ Status gatherOnce(Caches& light, VoxelVolume& volume, LiveFrame frame, int set, 
   return done();
 }
 
-template <class Caches>
-Status converge(Caches& light, VoxelVolume& volume, LiveFrame frame, Context& context) {
+template <class Caches, class Volume>
+Status converge(Caches& light, Volume& volume, LiveFrame frame, Context& context) {
   for (int f = 0; f < kLiveConverged && !context.cancelled(); ++f) {
     const auto kept = static_cast<float>(std::max(f - kLiveSettling, 0));
     frame.keep = kept / (kept + 1.0f);
@@ -43,8 +42,8 @@ Status converge(Caches& light, VoxelVolume& volume, LiveFrame frame, Context& co
 // Light `all` until bounces and rays have converged, or for so many bounces [0 = converged]; and `straight`, if there
 // is one, by what comes unreflected from emission and sky. lightDirectly(): finds direct light, for `all`. Returns how
 // many frames `all` took.
-template <class Caches, class LightDirectly>
-Result<int> convergeLive(Caches& all, Caches* straight, VoxelVolume& volume, LiveFrame frame, int bounces,
+template <class Caches, class Volume, class LightDirectly>
+Result<int> convergeLive(Caches& all, Caches* straight, Volume& volume, LiveFrame frame, int bounces,
                          const LightDirectly& lightDirectly, Context& context) {
   frame.bounceScale = 0.0f;
   if (straight != nullptr) {

@@ -38,7 +38,7 @@ Status lightCaches(const RenderRequest& request, const ShadowMaps& shadows, std:
   LiveFrame frame;
   frame.emissionScale = glm::vec3(request.drawsEmission() ? 1.0f : 0.0f);
   frame.sky = live.voxels.sky();
-  VoxelVolume& volume = live.voxels.volume;
+  VoxelVolume& volume = live.voxels.volume();
   const auto frames = convergeLive(
       *live.all, live.straight ? &*live.straight : nullptr, volume, frame, request.bounces,
       [&] {
@@ -80,7 +80,7 @@ Result<LiveGl> lightLiveGl(const Scene& scene, const RenderRequest& request, con
   auto cones = ConesGl::create(options);
   if (!cones) return cones.error();
   live.cones.emplace(std::move(*cones));
-  const VoxelVolume& volume = live.voxels.volume;
+  const VoxelVolume& volume = live.voxels.volume();
   if (Status ok = live.all ? live.cones->fill(volume, live.all->sides()) : live.cones->fill(volume); !ok)
     return ok.error();
   return live;

@@ -43,18 +43,19 @@ bool isSame(const LiveScene& a, const LiveScene& b) {
          a.editsCastShadowsAlone == b.editsCastShadowsAlone;
 }
 
-Result<LiveLevel> LiveLevel::create(const Scene& scene, const LiveLevelOptions& options, Context& context) {
+Result<LiveLevel> LiveLevel::create(const Scene& scene, const LiveLevelOptions& options, Context& context,
+                                    const std::optional<glm::vec3>& eyeWorld) {
   const unsigned threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
   auto workers = std::make_unique<WorkerThreads>(threads);
-  auto light = LiveCaches::create({options.rays});
+  auto light = NestedCaches::create({options.rays});
   if (!light) return light.error();
   Stopwatch watch;
-  auto volume = voxeliseScene(scene, options.cells, workers->parallelFor(), context);
-  if (!volume) return volume.error();
+  auto volumes = voxeliseScene(scene, {options.cells, options.cascades, eyeWorld}, workers->parallelFor(), context);
+  if (!volumes) return volumes.error();
   const double voxelsMs = watch.lap();
-  LiveLevel level(scene, std::move(workers), std::move(*volume), std::move(*light));
+  LiveLevel level(scene, std::move(workers), std::move(*volumes), std::move(*light));
   level.backend_ = options.backend;
-  level.piecesMs_ = voxelsMs - level.volume_.passTimes().front().ms;
+  level.piecesMs_ = voxelsMs - level.volumes_.passTimes().front().ms;
   if (!level.hasLight()) return level;
   auto tracer = RayTracer::create(scene, "", *level.context_, RayStructure::quick, RayGeometry::drawn);
   if (!tracer) return tracer.error();
@@ -116,8 +117,8 @@ Status LiveLevel::place(const std::vector<glm::mat4>& toWorld, bool editsCastSha
     isMoved_[i] = 1;
   }
   Status placed = hasLight() ? trace(*moved_, lifts) : done();
-  if (placed && !edits.empty()) placed = volume_.edit(edits);
-  if (placed && moves) placed = volume_.move(moving);
+  if (placed && !edits.empty()) placed = volumes_.edit(edits);
+  if (placed && moves) placed = volumes_.move(moving);
   if (placed) return done();
   moved_->instances = before;
   if (!hasLight()) return placed;
@@ -130,7 +131,7 @@ Status LiveLevel::lightDirectly(const std::vector<Light>& lights) {
   setup.lights = lights;
   setup.visibility = rayVisibility(*tracer_, lights, *context_);
   if (movedTracer_) setup.visibility = throughBoth(setup.visibility, rayVisibility(*movedTracer_, lights, *context_));
-  return volume_.lightDirectly(setup);
+  return volumes_.lightDirectly(setup);
 }
 
 void LivePace::begin(bool isStill, double seconds) {
@@ -168,42 +169,48 @@ Status LiveLevel::update(const LiveScene& next, double seconds) {
     return Error{ErrorCode::usage, "live light: " + std::to_string(next.toWorld.size()) + " transforms for " +
                                        std::to_string(scene_->instances.size()) + " instances"};
   // 1. What has moved, and direct light of it
+  if (next.eyeWorld) {
+    const Result<bool> moved = volumes_.centre(*next.eyeWorld);
+    if (!moved) return moved.error();
+    hasMoved_ = hasMoved_ || *moved;
+  }
   const bool isPlaced = last_ && last_->toWorld == next.toWorld;
-  const bool isLit = isPlaced && areSame(last_->lights, next.lights);
+  const bool isLit = isPlaced && !hasMoved_ && areSame(last_->lights, next.lights);
   if (!isPlaced) {
     if (Status ok = place(next.toWorld, next.editsCastShadowsAlone); !ok) return ok;
   }
-  const bool isStill = last_ && isSame(*last_, next);
+  const bool isStill = last_ && !hasMoved_ && isSame(*last_, next);
   if (hasLight() && !isLit) {
     if (Status ok = lightDirectly(next.lights); !ok) return ok;
   }
   last_ = next;
+  hasMoved_ = false;
   if (!hasLight()) return done();
 
   // 2. The caches
   pace_.begin(isStill, seconds);
   cellsMs_ = bounceMs_ = gatherMs_ = 0.0;
   for (int bounce = 0; bounce < std::max(next.bounces, 1); ++bounce) {
-    if (Status ok = light_.update(volume_, pace_.frame(next, bounce)); !ok) return ok;
+    if (Status ok = light_.update(volumes_, pace_.frame(next, bounce)); !ok) return ok;
     const std::vector<PassTime> times = light_.passTimes();
     cellsMs_ += times[0].ms;
     bounceMs_ += times[1].ms;
     gatherMs_ += times[2].ms;
   }
   pace_.end(next);
-  const std::vector<PassTime> times = volume_.passTimes();
+  const std::vector<PassTime> times = volumes_.passTimes();
   directMs_ = isLit ? 0.0 : times[2].ms;
   return done();
 }
 
 std::vector<PassTime> LiveLevel::passTimes() const {
-  const std::vector<PassTime> voxels = volume_.passTimes();
+  const std::vector<PassTime> voxels = volumes_.passTimes();
   return {{"pieces", piecesMs_}, {"voxelise", voxels[0].ms}, {"move", voxels[1].ms}, {"shadow rays", traceMs_},
           {"direct", directMs_}, {"cells", cellsMs_},        {"bounce", bounceMs_},  {"gather", gatherMs_}};
 }
 
 std::vector<std::pair<std::string, std::size_t>> LiveLevel::bufferSizes() const {
-  auto sizes = volume_.bufferSizes();
+  auto sizes = volumes_.bufferSizes();
   const auto lit = light_.bufferSizes();
   sizes.insert(sizes.end(), lit.begin(), lit.end());
   return sizes;

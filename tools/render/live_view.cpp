@@ -85,17 +85,17 @@ Result<LiveView> lightByMaps(const RayTracer& tracer, const RenderRequest& reque
   frame.averagedFrames = static_cast<float>(rsm.frames);
   frame.presence = rsm.presence;
   frame.bleeding = rsm.bleeding;
-  frame.averageAlbedo = averageAlbedoOf(view.voxels.volume);
+  frame.averageAlbedo = averageAlbedoOf(view.voxels.volume());
   for (std::uint32_t f = 0; f < rsm.frames && !context.cancelled(); ++f) {
     frame.sampleSet = f;
     frame.keep = static_cast<float>(f) / static_cast<float>(f + 1);
-    if (Status ok = view.rsm->update(view.voxels.volume, frame); !ok) return ok.error();
+    if (Status ok = view.rsm->update(view.voxels.volume(), frame); !ok) return ok.error();
     ++view.frames;
   }
   resolvePixels(tracer, request, *view.rsm, context);
   if (lightsVoxels && !context.cancelled()) {
     view.voxels.byMaps.emplace();
-    if (Status ok = view.voxels.byMaps->light(view.voxels.volume, images, emissionScaleOf(request)); !ok)
+    if (Status ok = view.voxels.byMaps->light(view.voxels.volume(), images, emissionScaleOf(request)); !ok)
       return ok.error();
   }
   return view;
@@ -129,7 +129,7 @@ LiveIrradiance LiveView::irradiance(const glm::vec3& positionWorld, const glm::v
     return light;
   }
   if (!all) return light;
-  const CellStencil stencil = all->stencil(positionWorld, normal);
+  const NestedStencil stencil = all->stencil(positionWorld, normal);
   light.all = all->irradianceBy(stencil, normal);
   if (straight) light.straight = straight->irradianceBy(stencil, normal);
   return light;
@@ -140,7 +140,7 @@ std::string LiveView::name() const {
 }
 
 std::vector<PassTime> VoxelView::passTimes() const {
-  std::vector<PassTime> times = volume.passTimes();
+  std::vector<PassTime> times = volumes.passTimes();
   if (byMaps) {
     for (const PassTime& pass : byMaps->passTimes()) times.push_back(pass);
   }
@@ -150,7 +150,7 @@ std::vector<PassTime> VoxelView::passTimes() const {
 }
 
 std::vector<std::pair<std::string, std::size_t>> VoxelView::bufferSizes() const {
-  auto sizes = volume.bufferSizes();
+  auto sizes = volumes.bufferSizes();
   if (byMaps) sizes.emplace_back("flux of sides", byMaps->sizeBytes());
   if (mips.levels() > 0) sizes.emplace_back("mips", mips.sizeBytes());
   return sizes;
@@ -176,7 +176,7 @@ namespace {
 
 // Pieces, the triangles that they are cut into, and the sides of the voxels that they overlap: as many as the area has
 // room for, and a few of each triangle.
-Status reserveVoxels(const Scene& scene, float voxel, Context& context) {
+Status reserveVoxels(const Scene& scene, float voxel, std::uint32_t cascades, Context& context) {
   constexpr double kPieceBytes = 84.0, kTriangleBytes = 32.0, kVoxelBytes = 2 * 360.0, kVoxels = 2.0;
   double triangles = 0.0, area = 0.0;
   for (const Instance& instance : scene.instances) {
@@ -189,37 +189,43 @@ Status reserveVoxels(const Scene& scene, float voxel, Context& context) {
     }
   }
   const double faces = area / (static_cast<double>(voxel) * static_cast<double>(voxel)), pieces = triangles + faces;
-  const double bytes = pieces * (kPieceBytes + kTriangleBytes) + kVoxels * faces * kVoxelBytes;
+  const double bytes =
+      pieces * (kPieceBytes + kTriangleBytes) + kVoxels * static_cast<double>(cascades) * faces * kVoxelBytes;
   return reserveMemory(context, "voxels", bytes, std::to_string(static_cast<std::uint64_t>(pieces)) + " pieces",
                        "use fewer cells");
 }
 
 }  // namespace
 
-Result<VoxelVolume> voxeliseScene(const Scene& scene, std::uint32_t cells, const ParallelFor& parallelFor,
-                                  Context& context, const std::optional<SceneBounds>& box) {
-  const SceneBounds bounds = box ? *box : boundsOf(scene);
-  VoxelOptions options;
-  options.boxMin = bounds.min;
-  options.boxMax = bounds.max;
-  options.cells = cells;
-  options.parallelFor = parallelFor;
-  constexpr float kVoxels = 2.0f;  // of a piece's longest edge
-  if (Status ok = reserveVoxels(scene, fitGrid(bounds.min, bounds.max, cells).voxel, context); !ok) return ok.error();
-  const auto pieces = VoxelScene::create(scene, kVoxels * fitGrid(bounds.min, bounds.max, cells).voxel, context);
+Result<NestedVolumes> voxeliseScene(const Scene& scene, const SceneVolumes& wanted, const ParallelFor& parallelFor,
+                                    Context& context) {
+  const SceneBounds bounds = wanted.box ? *wanted.box : boundsOf(scene);
+  NestedOptions options;
+  options.outermost.boxMin = bounds.min;
+  options.outermost.boxMax = bounds.max;
+  options.outermost.cells = wanted.cells;
+  options.outermost.parallelFor = parallelFor;
+  options.cascades = wanted.cascades;
+  options.eyeWorld = wanted.eyeWorld;
+  constexpr float kVoxels = 2.0f;  // of a piece's longest edge, of the outermost volume alone: it is most of the memory
+  const float voxel = fitGrid(bounds.min, bounds.max, wanted.cells).voxel;
+  if (Status ok = reserveVoxels(scene, voxel, wanted.cascades, context); !ok) return ok.error();
+  const auto pieces = VoxelScene::create(scene, kVoxels * voxel, context);
   if (!pieces) return pieces.error();
-  auto volume = VoxelVolume::create(pieces->geometry(), options);
-  if (volume && volume->stats().dropped > 0)
-    context.message(Severity::warning, std::to_string(volume->stats().dropped) + " of " +
-                                           std::to_string(volume->stats().occupied) +
+  auto volumes = NestedVolumes::create(pieces->geometry(), options);
+  if (volumes && volumes->stats().dropped > 0)
+    context.message(Severity::warning, std::to_string(volumes->stats().dropped) + " of " +
+                                           std::to_string(volumes->stats().occupied) +
                                            " voxels are beyond the budget and reflect nothing; use fewer cells");
-  return volume;
+  return volumes;
 }
 
 Result<VoxelView> darkVoxels(const Scene& scene, const RenderRequest& request, Context& context) {
-  auto volume = voxeliseScene(scene, request.live->cells, contextParallelFor(context), context, request.live->box);
-  if (!volume) return volume.error();
-  VoxelView view{std::move(*volume), RadianceMips(request.live->directions)};
+  const SceneVolumes wanted{request.live->cells, request.live->cascades, CameraRays(request.camera, 1, 1).origin,
+                            request.live->box};
+  auto volumes = voxeliseScene(scene, wanted, contextParallelFor(context), context);
+  if (!volumes) return volumes.error();
+  VoxelView view{std::move(*volumes), RadianceMips(request.live->directions)};
   view.skyRadiance = request.sky.radiance;
   view.skyMap = liveSkyMap(request.sky);
   return view;
@@ -227,7 +233,8 @@ Result<VoxelView> darkVoxels(const Scene& scene, const RenderRequest& request, C
 
 namespace {
 
-Status lightDirectly(const RayTracer& tracer, const RenderRequest& request, VoxelVolume& volume, Context& context) {
+template <class Volume>
+Status lightDirectly(const RayTracer& tracer, const RenderRequest& request, Volume& volume, Context& context) {
   const std::vector<Light> lights = toRuntimeLights(request.lights);
   LightSetup setup;
   setup.lights = lights;
@@ -244,22 +251,22 @@ Result<LiveView> lightLive(const RayTracer& tracer, const RenderRequest& request
   if (!request.live->lit) return LiveView{std::move(*voxels)};
   if (request.live->rsm) return lightByMaps(tracer, request, std::move(*voxels), context);
   const LiveOptions options{request.live->rays};
-  auto light = LiveCaches::create(options);
+  auto light = NestedCaches::create(options);
   if (!light) return light.error();
   LiveView view{std::move(*voxels), std::move(*light)};
-  VoxelVolume& volume = view.voxels.volume;
+  NestedVolumes& volumes = view.voxels.volumes;
 
   LiveFrame frame;
   frame.emissionScale = emissionScaleOf(request);
   frame.sky = view.voxels.sky();
   if (request.straight) {
-    auto straight = LiveCaches::create(options);
+    auto straight = NestedCaches::create(options);
     if (!straight) return straight.error();
     view.straight.emplace(std::move(*straight));
   }
   const auto frames = convergeLive(
-      *view.all, view.straight ? &*view.straight : nullptr, volume, frame, request.bounces,
-      [&] { return lightDirectly(tracer, request, volume, context); }, context);
+      *view.all, view.straight ? &*view.straight : nullptr, volumes, frame, request.bounces,
+      [&] { return lightDirectly(tracer, request, volumes, context); }, context);
   if (!frames) return frames.error();
   view.frames = *frames;
   return view;
@@ -269,10 +276,10 @@ Result<VoxelView> lightByBake(const RayTracer& tracer, const RenderRequest& requ
                               Context& context) {
   auto view = darkVoxels(tracer.scene(), request, context);
   if (!view || !request.live->lit) return view;
-  if (Status ok = lightDirectly(tracer, request, view->volume, context); !ok) return ok.error();
-  auto lit = SurfelVoxels::create(view->volume, *request.bake);
+  if (Status ok = lightDirectly(tracer, request, view->volume(), context); !ok) return ok.error();
+  auto lit = SurfelVoxels::create(view->volume(), *request.bake);
   if (!lit) return lit.error();
-  if (Status ok = lit->light(view->volume, relighter, emissionScaleOf(request)); !ok) return ok.error();
+  if (Status ok = lit->light(view->volume(), relighter, emissionScaleOf(request)); !ok) return ok.error();
   return view;
 }
 

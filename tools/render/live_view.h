@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The light of a view by voxels: without a bake, caches that gather from them (runtime/live/live_caches.h); with one,
+// The light of a view by voxels: without a bake, caches that gather from them (runtime/live/nested_caches.h); with one,
 // voxels that send out what its surfels do (runtime/cones/surfel_voxels.h).
 #pragma once
 
@@ -8,9 +8,9 @@
 #include "relume/result.h"
 #include "runtime/cones/radiance_mips.h"
 #include "runtime/cones/rsm_voxels.h"
-#include "runtime/live/live_caches.h"
+#include "runtime/live/nested_caches.h"
 #include "runtime/live/rsm_light.h"
-#include "runtime/voxels/voxel_volume.h"
+#include "runtime/voxels/nested_volumes.h"
 #include "tools/render/render_frame.h"
 
 #include <cstddef>
@@ -23,12 +23,14 @@ namespace relume {
 
 // Lit voxels, for cones.
 struct VoxelView {
-  VoxelVolume volume;
+  NestedVolumes volumes;              // several where the light is of several: cones see the outermost alone
   RadianceMips mips{};                // empty until it is updated
   std::optional<RsmVoxels> byMaps{};  // where reflective shadow maps light the voxels
   glm::vec3 skyRadiance{0.0f};
   std::vector<glm::vec3> skyMap{};  // octahedral; empty = skyRadiance from everywhere
 
+  VoxelVolume& volume() { return volumes.outermost(); }
+  const VoxelVolume& volume() const { return volumes.outermost(); }
   LiveSky sky() const;
   std::vector<PassTime> passTimes() const;
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
@@ -41,8 +43,8 @@ struct LiveIrradiance {
 
 struct LiveView {
   VoxelView voxels;
-  std::optional<LiveCaches> all{};       // one of this and `rsm`; neither where no light is wanted
-  std::optional<LiveCaches> straight{};  // of unreflected emission and sky, where `bounced` or `unbounced` is wanted
+  std::optional<NestedCaches> all{};       // one of this and `rsm`; neither where no light is wanted
+  std::optional<NestedCaches> straight{};  // of unreflected emission and sky, where `bounced` or `unbounced` is wanted
   std::optional<RsmLight> rsm{};
   int frames = 0;
 
@@ -57,9 +59,15 @@ inline constexpr std::uint32_t kLiveSkySide = 32;  // [texel]
 // An octahedral map of a sky, a texel the mean of a few directions; empty where the sky is constant. [Size 0 or side²]
 std::vector<glm::vec3> liveSkyMap(const Sky& sky);
 
-// A volume with so many cells on its longest side, of the level or of a box. Errors of VoxelScene and VoxelVolume.
-Result<VoxelVolume> voxeliseScene(const Scene& scene, std::uint32_t cells, const ParallelFor& parallelFor,
-                                  Context& context, const std::optional<SceneBounds>& box = {});
+// A level's volumes, or a box's, in one another about the eye, the outermost with so many cells on its longest side.
+// Errors of VoxelScene and NestedVolumes.
+struct SceneVolumes {
+  std::uint32_t cells = 32, cascades = 1;
+  std::optional<glm::vec3> eyeWorld{};
+  std::optional<SceneBounds> box{};  // empty = the scene's
+};
+Result<NestedVolumes> voxeliseScene(const Scene& scene, const SceneVolumes& wanted, const ParallelFor& parallelFor,
+                                    Context& context);
 
 // The voxels of a request, without light. [request.live holds]
 Result<VoxelView> darkVoxels(const Scene& scene, const RenderRequest& request, Context& context);

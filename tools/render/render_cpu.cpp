@@ -41,7 +41,7 @@ class CpuRenderer {
         edited_(edited),
         frame_(frame),
         rays_(request.camera, request.width, request.height) {
-    if (request.drawsCones()) cones_.emplace(voxels->volume, voxels->mips, voxels->sky());
+    if (request.drawsCones()) cones_.emplace(voxels->volume(), voxels->mips, voxels->sky());
   }
 
   // Shade the pixels of one row; incomplete when cancelled.
@@ -216,11 +216,9 @@ class CpuRenderer {
 
   // The lit side of the first voxel that each pixel's ray meets.
   void voxels(std::uint32_t y) const {
-    const VoxelVolume& volume = voxels_->volume;
     for (std::uint32_t x = 0; x < request_.width; ++x) {
       const Ray r = ray(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-      const MarchHit hit = volume.march(r.origin, r.direction, std::numeric_limits<float>::infinity());
-      if (hit.found) frame_.voxels[std::size_t{y} * request_.width + x] = volume.radianceAt(hit.voxel, r.direction);
+      frame_.voxels[std::size_t{y} * request_.width + x] = voxels_->volumes.radianceAlong(r.origin, r.direction);
     }
   }
 
@@ -266,7 +264,7 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
 
   VoxelView* const voxels = live ? &live->voxels : byBake ? &*byBake : nullptr;
   if (request.drawsCones()) {
-    if (Status ok = voxels->mips.update(voxels->volume); !ok) return ok.error();
+    if (Status ok = voxels->mips.update(voxels->volume()); !ok) return ok.error();
   }
 
   // Draw, a row of pixels at a time

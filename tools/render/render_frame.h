@@ -66,7 +66,8 @@ struct LiveRequest {
   RadianceMips::Directions directions = RadianceMips::Directions::six;  // of what cones read
   std::optional<RsmRequest> rsm{};                                      // in place of rays through lit voxels
   std::optional<SceneBounds> box{};                                     // that is voxelised; empty = the scene's
-  bool lit = true;  // false: what is wanted does not depend on light, so the voxels stay dark
+  bool lit = true;             // false: what is wanted does not depend on light, so the voxels stay dark
+  std::uint32_t cascades = 1;  // [1..4] volumes in one another about the camera
 };
 
 struct EditedLevel;

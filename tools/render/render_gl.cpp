@@ -218,7 +218,7 @@ class GlRenderer {
 
   // The lit side of the first voxel that each pixel's ray meets.
   void voxels() {
-    const VoxelVolume& volume = live_->voxels.volume;
+    const VoxelVolume& volume = live_->voxels.volume();
     const CameraRays rays(request_.camera, request_.width, request_.height);
     for (std::uint32_t i = 0; i < request_.width * request_.height; ++i) {
       glm::vec3 origin, direction;

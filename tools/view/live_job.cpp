@@ -20,7 +20,7 @@ LitFrame frameOf(const LiveLevel& level, bool hasLight, bool hasVoxels, bool isN
           hasLight && hasVoxels ? std::vector<VoxelRadiance>(radiance.begin(), radiance.end())
                                 : std::vector<VoxelRadiance>(),
           number,
-          level.volume().stats().occupied,
+          level.volumes().stats().occupied,
           level.light().activeCells(),
           level.isSettled(),
           level.passTimes(),
@@ -29,8 +29,8 @@ LitFrame frameOf(const LiveLevel& level, bool hasLight, bool hasVoxels, bool isN
 
 }  // namespace
 
-LiveJob::LiveJob(const Scene& scene, const LiveLevelOptions& options)
-    : thread_([this, &scene, options] { run(scene, options); }) {}
+LiveJob::LiveJob(const Scene& scene, const LiveLevelOptions& options, const std::optional<glm::vec3>& eyeWorld)
+    : thread_([this, &scene, options, eyeWorld] { run(scene, options, eyeWorld); }) {}
 
 LiveJob::~LiveJob() {
   context_.cancel();
@@ -59,7 +59,7 @@ bool LiveJob::changeWish(bool wantsVoxels) {
 void LiveJob::follow(LiveScene scene, bool wantsVoxels) {
   const std::lock_guard lock(mutex_);
   const bool wantsMore = changeWish(wantsVoxels);
-  if (next_ && !step_ && !wantsMore && isSame(*next_, scene)) return;
+  if (next_ && !step_ && !wantsMore && isSame(*next_, scene) && next_->eyeWorld == scene.eyeWorld) return;
   next_ = std::move(scene);
   step_.reset();
   isWanted_ = true;
@@ -92,10 +92,10 @@ Result<LitFrame> LiveJob::wait() {
   return std::move(*std::exchange(result_, std::nullopt));
 }
 
-void LiveJob::run(const Scene& scene, const LiveLevelOptions& options) {
+void LiveJob::run(const Scene& scene, const LiveLevelOptions& options, const std::optional<glm::vec3>& eyeWorld) {
   Error refused;
   try {
-    auto level = LiveLevel::create(scene, options, context_);
+    auto level = LiveLevel::create(scene, options, context_, eyeWorld);
     if (level) return frames(*level, options.backend == BackendKind::cpu);
     refused = level.error();
   } catch (const std::bad_alloc&) {

@@ -36,7 +36,8 @@ struct LitFrame {
 class LiveJob {
  public:
   // Starts to voxelise at once; the scene must outlive it.
-  LiveJob(const Scene& scene, const LiveLevelOptions& options);
+  // eyeWorld: as LiveLevel::create() has it.
+  LiveJob(const Scene& scene, const LiveLevelOptions& options, const std::optional<glm::vec3>& eyeWorld = std::nullopt);
   // Cancels, and waits until the work has stopped.
   ~LiveJob();
   LiveJob(const LiveJob&) = delete;
@@ -57,7 +58,7 @@ class LiveJob {
  private:
   using Versions = std::pair<std::uint64_t, std::uint64_t>;  // of a volume: what stands, what moves
 
-  void run(const Scene& scene, const LiveLevelOptions& options);
+  void run(const Scene& scene, const LiveLevelOptions& options, const std::optional<glm::vec3>& eyeWorld);
   void frames(LiveLevel& level, bool hasLight);
   void dropVoxels();
   bool changeWish(bool wantsVoxels);

@@ -3,6 +3,7 @@
 #include "tools/view/live_shading.h"
 
 #include "tools/base/clock.h"
+#include "tools/render/scene_bounds.h"
 
 #include <algorithm>
 #include <utility>
@@ -10,12 +11,24 @@
 namespace relume {
 
 Result<LiveShading> LiveShading::create(const LoadedLevel& level, const LiveLevelOptions& options,
-                                        const GetProcAddress& getProcAddress) {
+                                        const GetProcAddress& getProcAddress, const glm::vec3& eyeWorld) {
   auto field = LiveField::create();
   if (!field) return field.error();
-  LiveShading shading(level, std::move(*field), getProcAddress);
+  LiveShading shading(level, std::move(*field), getProcAddress, eyeWorld);
   if (Status ok = shading.choose(options); !ok) return ok.error();
   return shading;
+}
+
+LiveShading::LiveShading(const LoadedLevel& level, LiveField field, GetProcAddress getProcAddress,
+                         const glm::vec3& eyeWorld)
+    : level_(&level),
+      nodes_(movingNodes(level.scene, Movable::all)),
+      getProcAddress_(std::move(getProcAddress)),
+      field_(std::move(field)),
+      eyeWorld_(eyeWorld) {
+  const SceneBounds bounds = boundsOf(level.scene);
+  const glm::vec3 size = bounds.max - bounds.min;
+  longestSide_ = std::max({size.x, size.y, size.z});
 }
 
 Status LiveShading::choose(const LiveLevelOptions& options) {
@@ -30,8 +43,14 @@ Status LiveShading::choose(const LiveLevelOptions& options) {
   next_.reset();
   if (onGpu) next_.emplace(std::move(*onGpu));
   job_.reset();
-  job_ = std::make_unique<LiveJob>(level_->scene, options);
+  job_ = std::make_unique<LiveJob>(level_->scene, options, eyeWorld_);
   return done();
+}
+
+// The eye to a quarter of the smallest cell, so that light that has settled sleeps while it turns about.
+glm::vec3 LiveShading::steadyEye() const {
+  const float step = 0.25f * longestSide_ / static_cast<float>(options_.cells << (options_.cascades - 1));
+  return step > 0.0f ? step * glm::floor(eyeWorld_ / step + 0.5f) : eyeWorld_;
 }
 
 LiveScene LiveShading::sceneOf(const ViewState& state, const std::vector<Light>& lights) const {
@@ -39,6 +58,7 @@ LiveScene LiveShading::sceneOf(const ViewState& state, const std::vector<Light>&
   const auto isMoved = [](const ViewedObject& object) { return object.position != object.home; };
   if (std::ranges::any_of(state.objects, isMoved))
     scene.toWorld = placedInstances(level_->scene, nodes_, movesOf(state));
+  if (options_.cascades > 1) scene.eyeWorld = steadyEye();
   return scene;
 }
 
@@ -98,6 +118,7 @@ Status LiveShading::lightOnGpu(const LiveScene& scene, double step, const Shadow
 
 Status LiveShading::update(const ViewState& state, const std::vector<Light>& lights, const ShadowMaps& shadows,
                            bool isSlow, bool hasCones) {
+  eyeWorld_ = state.camera.position;
   // Light that is frozen is found once more where cones want voxels of it.
   const bool isFrozen = !state.relight && last_.number > 0;
   if (isFrozen && !(hasCones && awaitsVoxels())) return done();

@@ -19,9 +19,9 @@ namespace relume {
 
 class LiveShading {
  public:
-  // Begins to voxelise the level, which must outlive it. Errors of LiveField and LiveOnGpu.
+  // Begins to voxelise the level, which must outlive it, about the eye. Errors of LiveField and LiveOnGpu.
   static Result<LiveShading> create(const LoadedLevel& level, const LiveLevelOptions& options,
-                                    const GetProcAddress& getProcAddress);
+                                    const GetProcAddress& getProcAddress, const glm::vec3& eyeWorld);
 
   // Other cells, rays or another backend: what is shown stays until their light is there. Errors of LiveOnGpu, with
   // all as it was.
@@ -53,20 +53,19 @@ class LiveShading {
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
 
  private:
-  LiveShading(const LoadedLevel& level, LiveField field, GetProcAddress getProcAddress)
-      : level_(&level),
-        nodes_(movingNodes(level.scene, Movable::all)),
-        getProcAddress_(std::move(getProcAddress)),
-        field_(std::move(field)) {}
+  LiveShading(const LoadedLevel& level, LiveField field, GetProcAddress getProcAddress, const glm::vec3& eyeWorld);
   Status show(LitFrame found);
   void takeVoxels(LitFrame& found);
   Status lightOnGpu(const LiveScene& scene, double step, const ShadowMaps& shadows);
   LiveScene sceneOf(const ViewState& state, const std::vector<Light>& lights) const;
+  glm::vec3 steadyEye() const;
 
   const LoadedLevel* level_;
   std::vector<MovingNode> nodes_;
   GetProcAddress getProcAddress_;
   LiveField field_;
+  glm::vec3 eyeWorld_;                     // of the last state
+  float longestSide_ = 0.0f;               // [m] of the level
   std::optional<LiveOnGpu> shown_, next_;  // in place of the field; next_: has no voxels yet
   LiveLevelOptions options_;
   std::unique_ptr<VoxelVolume> volume_;  // that the CPU lights, as of the last frame; null = no cones want it

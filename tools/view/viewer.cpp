@@ -53,7 +53,7 @@ Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSiz
   // The thread of live light has work to do while all else is made ready.
   std::optional<LiveShading> live;
   if (!loaded.isBaked) {
-    auto made = LiveShading::create(loaded, state.live, getProcAddress);
+    auto made = LiveShading::create(loaded, state.live, getProcAddress, state.camera.position);
     if (!made) return made.error();
     live.emplace(std::move(*made));
   }
