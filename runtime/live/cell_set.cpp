@@ -107,7 +107,20 @@ glm::vec3 stepOut(const CellSet& cells, glm::vec3 place) {
 
 }  // namespace
 
-CellSet findCells(const VoxelVolume& volume) {
+bool seesTheSame(const VolumeGrid& grid, const VolumeGrid& before, const glm::ivec3& cell, int reach) {
+  const glm::ivec3 by = grid.shift - before.shift;
+  for (int k = 0; k < 3; ++k) {
+    if (by[k] == 0) continue;
+    const int low = std::min(cell[k], cell[k] + by[k]) - reach, high = std::max(cell[k], cell[k] + by[k]) + reach;
+    if (low < 0 || high >= grid.cells[k]) return false;
+  }
+  return true;
+}
+
+namespace {
+
+// before: null = all caches' places are found.
+CellSet cellsOf(const VoxelVolume& volume, const CellSet* before) {
   CellSet cells;
   const VolumeGrid& grid = cells.grid = volume.grid();
   const std::span<const std::uint64_t> bits = volume.bits();
@@ -138,8 +151,17 @@ CellSet findCells(const VoxelVolume& volume) {
   std::vector<std::uint8_t> isFree(wanted.size(), 1);
   forChunks(volume.parallelFor(), static_cast<std::uint32_t>(wanted.size()), kCellsOfChunk,
             [&](std::uint32_t begin, std::uint32_t end) {
-              for (std::uint32_t i = begin; i < end; ++i)
-                isFree[i] = placeCache(volume, wanted[i], order, position[i]) ? 1 : 0;
+              for (std::uint32_t i = begin; i < end; ++i) {
+                const glm::ivec3 cell = grid.cellAt(wanted[i]);
+                if (before == nullptr || !seesTheSame(grid, before->grid, cell, kPlaceReach)) {
+                  isFree[i] = placeCache(volume, wanted[i], order, position[i]) ? 1 : 0;
+                  continue;
+                }
+                const glm::ivec3 by = grid.shift - before->grid.shift;
+                const std::uint32_t slot = before->slot[grid.cellIndex(cell + by)];
+                isFree[i] = slot != kInactive ? 1 : 0;
+                if (slot != kInactive) position[i] = before->position[slot] - glm::vec3(kBrickSide * by);
+              }
             });
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     if (isFree[i] == 0) continue;
@@ -149,6 +171,11 @@ CellSet findCells(const VoxelVolume& volume) {
   }
   return cells;
 }
+
+}  // namespace
+
+CellSet findCells(const VoxelVolume& volume) { return cellsOf(volume, nullptr); }
+CellSet findCells(const VoxelVolume& volume, const CellSet& before) { return cellsOf(volume, &before); }
 
 CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal) {
   CellStencil stencil;

@@ -27,6 +27,14 @@ struct CellSet {
 // Deviation: CRC takes places anywhere in a cell. Here the cache stands in the free voxel from which its rays meet the
 // fewest backs of surfaces, of these the one nearest to the cell's middle: not behind the wall that the cell lights.
 CellSet findCells(const VoxelVolume& volume);
+// The same of a volume whose grid alone has moved since `before` was found: caches far from what has entered or left it
+// stand where they stood.
+CellSet findCells(const VoxelVolume& volume, const CellSet& before);
+
+// Whether what lies within so many cells of a cell is the same in two grids that share cells: [0..] the reach.
+bool seesTheSame(const VolumeGrid& grid, const VolumeGrid& before, const glm::ivec3& cell, int reach);
+inline constexpr int kPlaceReach = 4;    // cells whose bits tell where a cell's cache stands
+inline constexpr int kStencilReach = 6;  // and where those stand that a receiver in a cell reads
 
 // Caches and weights, which sum to 1, or are 0 where there is no cache.
 struct CellStencil {

@@ -92,7 +92,8 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
   if (stood && volume.movingVersion() == movingVersion_) return;
   const bool isSame = cells_.grid.sharesCells(volume.grid());
   const glm::ivec3 by = volume.grid().shift - cells_.grid.shift;
-  CellSet cells = findCells(volume);
+  const bool isShift = isSame && volume.contentVersion() == contentVersion_;
+  CellSet cells = isShift ? findCells(volume, cells_) : findCells(volume);
   std::vector<float> coefficients(std::size_t{kCoefficients} * cells.active.size(), 0.0f),
       brightest(cells.active.size(), 0.0f);
   std::vector<std::uint8_t> isLit(cells.active.size(), 0);
@@ -114,13 +115,29 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
       if (slot != kInactive) copy(*around, slot, i);
     }
   }
-  // Caches have other numbers now, so that all stencils are found again.
+  // Caches have other numbers now, so that all stencils are found again, but for those of standing voxels far from what
+  // has entered or left a volume that has moved: they are counted anew.
+  const auto kept = [&](std::uint32_t s, CellStencil& stencil) {
+    const glm::ivec3& voxel = volume.voxelOfSide(s);
+    const glm::ivec3 cell = voxel >> 2;
+    if (!isShift || !seesTheSame(cells.grid, cells_.grid, cell, kStencilReach)) return false;
+    const std::uint32_t old = cells_.grid.cellIndex(cell + by);
+    const std::uint32_t number = cells_.first[old] + countBefore(cells_.standing[old], voxel);
+    if (2 * std::size_t{number} + 1 >= standing_.size()) return false;
+    stencil = standing_[2 * std::size_t{number} + s % 2];
+    for (std::size_t k = 0; k < 8; ++k) {
+      if (stencil.weight[k] > 0.0f)
+        stencil.slot[k] = cells.slot[cells.grid.cellIndex(cells_.grid.cellAt(cells_.active[stencil.slot[k]]) - by)];
+    }
+    return true;
+  };
   std::vector<CellStencil> standing(volume.standingSides()), moving(volume.sideCount() - volume.standingSides());
   forChunks(volume.parallelFor(), volume.sideCount(), kSidesAtOnce, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t s = begin; s < end; ++s) {
       const VoxelSide& side = volume.side(s);
-      (s < standing.size() ? standing[s] : moving[s - standing.size()]) =
-          stencilAt(cells, cells.grid.toGrid(side.positionWorld), side.normal);
+      CellStencil& stencil = s < standing.size() ? standing[s] : moving[s - standing.size()];
+      if (s < standing.size() && kept(s, stencil)) continue;
+      stencil = stencilAt(cells, cells.grid.toGrid(side.positionWorld), side.normal);
     }
   });
   std::vector<glm::vec3> bounced(volume.sideCount());
@@ -133,6 +150,7 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
   bounced_ = std::move(bounced);
   standingVersion_ = volume.standingVersion();
   movingVersion_ = volume.movingVersion();
+  contentVersion_ = volume.contentVersion();
 }
 
 // Irradiance of the caches at each side.

@@ -277,6 +277,41 @@ TEST(NestedCaches, sameBytesAtAnyNumberOfThreads) {
   }
 }
 
+// After a walk caches stand where they would have been placed there.
+TEST(NestedCaches, cachesOfAMovedVolumeStandAsInANewOne) {
+  VoxelLevel level = litHall();
+  NestedVolumes volumes = nestedOf(level, 2, 24, glm::vec3(8, 2, 3));
+  NestedCaches live = nestedLight(16);
+  runNested(live, volumes, {}, 1);
+  for (const glm::vec3& eye :
+       {glm::vec3(9, 2, 3), glm::vec3(9.6f, 2, 3), glm::vec3(13, 2, 3), glm::vec3(12.2f, 2, 3)}) {
+    ASSERT_TRUE(*volumes.centre(eye));
+    runNested(live, volumes, {}, 1);
+    const CellSet &moved = live[1].cells(), found = findCells(volumes[1]);
+    EXPECT_EQ(moved.active, found.active);
+    EXPECT_EQ(moved.position, found.position);
+    EXPECT_EQ(moved.slot, found.slot);
+    // And voxels read the same ones of them.
+    NestedCaches fresh = nestedLight(16);
+    LiveFrame frozen;
+    frozen.freezeVoxels = true;
+    ASSERT_TRUE(fresh.update(volumes, frozen));
+    NestedVolumes copy = volumes;
+    ASSERT_TRUE(fresh.update(copy, {}));
+    NestedCaches carried = live;
+    carried.reset();
+    ASSERT_TRUE(carried.update(volumes, frozen));
+    copy = volumes;
+    ASSERT_TRUE(carried.update(copy, {}));
+    // To the rounding of places in a grid that begins elsewhere.
+    const float most = largest(fresh[1]);
+    std::size_t others = 0;
+    for (std::size_t i = 0; i < fresh[1].coefficients().size(); ++i)
+      others += std::abs(fresh[1].coefficients()[i] - carried[1].coefficients()[i]) > 1e-4f * most ? 1 : 0;
+    EXPECT_LT(200 * others, fresh[1].coefficients().size());
+  }
+}
+
 // As games call it.
 TEST(NestedCaches, liveLightFollowsTheEye) {
   VoxelLevel level = litHall();

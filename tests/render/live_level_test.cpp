@@ -144,7 +144,7 @@ TEST(LiveLevel, aMovedLevelIsTheLevelThatHasItsPartsThere) {
   ASSERT_TRUE(moveNodes({"node1=1.1,0,0", "node2=0.7,0.4,0.3"}, MovedParts::all, there));
   LiveLevel made = rooms.level(there);
   run(made, frame, 1);
-  const auto a = edited.light().coefficients(), b = made.light().coefficients();
+  const auto a = edited.light()[0].coefficients(), b = made.light()[0].coefficients();
   ASSERT_EQ(a.size(), b.size());
   EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin()));
   EXPECT_TRUE(std::any_of(a.begin(), a.end(), [](float c) { return c > 0.0f; }));
@@ -161,7 +161,7 @@ TEST(LiveLevel, isTheSameOnAnyNumberOfThreads) {
     ASSERT_TRUE(level);
     run(*level, rooms.lit(), 3);
     run(*level, moved, 3);
-    const auto now = level->light().coefficients();
+    const auto now = level->light()[0].coefficients();
     if (first.empty()) first.assign(now.begin(), now.end());
     EXPECT_TRUE(std::equal(first.begin(), first.end(), now.begin(), now.end()));
   }
@@ -190,13 +190,13 @@ TEST(LiveLevel, whatIsRefusedLeavesLightAndParts) {
   LiveLevel level = rooms.level(rooms.scene);
   LiveScene frame = rooms.lit();
   run(level, frame, 4);
-  const std::vector<float> before(level.light().coefficients().begin(), level.light().coefficients().end());
+  const std::vector<float> before(level.light()[0].coefficients().begin(), level.light()[0].coefficients().end());
   const std::vector<std::uint64_t> bits(level.volume().bits().begin(), level.volume().bits().end());
   const auto refuse = [&](const LiveScene& wrong, const std::string& named) {
     const Status refused = level.update(wrong, 0.1);
     ASSERT_FALSE(refused);
     EXPECT_NE(refused.error().message.find(named), std::string::npos) << refused.error().message;
-    EXPECT_TRUE(std::equal(before.begin(), before.end(), level.light().coefficients().begin()));
+    EXPECT_TRUE(std::equal(before.begin(), before.end(), level.light()[0].coefficients().begin()));
     EXPECT_TRUE(std::equal(bits.begin(), bits.end(), level.volume().bits().begin()));
   };
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -212,7 +212,38 @@ TEST(LiveLevel, whatIsRefusedLeavesLightAndParts) {
   wrong = frame;
   wrong.lights[0].intensity.x = -1.0f;
   refuse(wrong, "light");
+  wrong = frame;
+  wrong.eyeWorld = {0, kNan, 0};
+  refuse(wrong, "the eye");
   run(level, frame, 1);
+}
+
+// Volumes follow the eye: light settles again where they have come to, and stays what it was.
+TEST(LiveLevel, followsTheEye) {
+  Rooms rooms;
+  LiveLevelOptions options{8, 32, 2};
+  options.cascades = 2;
+  const glm::vec3 floor(-1.0f, 0.0f, 1.0f), up(0, 1, 0);
+  LiveScene frame = rooms.lit();
+  frame.eyeWorld = {-2, 2, 0};
+  auto level = LiveLevel::create(rooms.scene, options, rooms.context, frame.eyeWorld);
+  ASSERT_TRUE(level);
+  run(*level, frame, 90);
+  ASSERT_TRUE(level->isSettled());
+  const float before = level->light().irradiance(floor, up).g;
+  const glm::ivec3 shift = level->volumes()[1].grid().shift;
+  frame.eyeWorld = {-1.9f, 2, 0.1f};
+  run(*level, frame, 1);
+  EXPECT_TRUE(level->isSettled()) << "nothing has moved";
+  frame.eyeWorld = {2, 2, 0};
+  run(*level, frame, 1);
+  EXPECT_NE(level->volumes()[1].grid().shift, shift);
+  EXPECT_FALSE(level->isSettled());
+  frame.eyeWorld = {-2, 2, 0};
+  run(*level, frame, 90);
+  EXPECT_EQ(level->volumes()[1].grid().shift, shift);
+  EXPECT_TRUE(level->isSettled());
+  EXPECT_NEAR(level->light().irradiance(floor, up).g, before, 0.02f * before);
 }
 
 TEST(LiveLevel, aLevelWithoutTrianglesIsDark) {
