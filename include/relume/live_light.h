@@ -47,7 +47,8 @@ struct LiveLightOptions {
   // as many along each axis as reach across the box, `cells` at most. Those follow the eye (centre()), and stay within
   // the box. Each takes the memory and time of a volume. More than one: with the CPU backend alone.
   std::uint32_t cascades = 1;
-  // The outermost follows the eye as well and keeps its size: a part of a level that has no end. CPU backend alone.
+  // The outermost follows the eye as well and keeps its size: a part of a level that has no end. Within two cells of
+  // its faces light fades into the sky's, as if nothing hid that, which is all that there is beyond. CPU backend alone.
   bool boxFollowsEye = false;
   std::optional<glm::vec3> eyeWorld{};  // [m] where create() centres what follows the eye; nothing = the box's middle
   std::uint32_t raysPerCell = 64;       // [8..4096] a frame: time and noise
@@ -124,8 +125,8 @@ class LiveLight {
 
   // Irradiance [W/m²] by all light but the punctual lights' own, at a receiver with unit normal, from the caches around
   // it that it sees: those of the innermost volume that holds it and, within two of its cells of a face, more and more
-  // of the one around it. Finite and never negative; zero outside of the box, and where position or normal is not
-  // finite. With OpenGL the first call after a frame reads the caches back.
+  // of the one around it. Finite and never negative; zero outside of a box that stays, and where position or normal is
+  // not finite. With OpenGL the first call after a frame reads the caches back.
   [[nodiscard]] glm::vec3 irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const;
   // Null with the CPU backend.
   [[nodiscard]] const LiveGlResolve* gl() const;

@@ -3,12 +3,14 @@
 #include "runtime/live/nested_caches.h"
 
 #include "formats/limits.h"
+#include "formats/sh.h"
 #include "shaders/shared/layout.h"
 
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <new>
+#include <numbers>
 
 namespace relume {
 
@@ -35,6 +37,27 @@ float shareOfVolume(const VolumeGrid& grid, std::uint32_t open, const glm::vec3&
   return share;
 }
 
+namespace {
+
+constexpr std::uint32_t kSkyRays = 256;
+
+CacheSum skySum(const LiveRays& rays) {
+  CacheSum sum;
+  const float weight = 4.0f * std::numbers::pi_v<float> / static_cast<float>(std::max<std::size_t>(rays.sky.size(), 1));
+  for (std::size_t i = 0; i < rays.sky.size(); ++i) {
+    std::array<float, 9> basis{};
+    evaluateSh(3, rays.direction[i], basis);
+    for (std::size_t k = 0; k < 9; ++k) {
+      for (std::size_t c = 0; c < 3; ++c)
+        sum.coefficients[9 * c + k] += weight * basis[k] * rays.sky[i][static_cast<int>(c)];
+    }
+    sum.brightest = std::max({sum.brightest, rays.sky[i].x, rays.sky[i].y, rays.sky[i].z});
+  }
+  return sum;
+}
+
+}  // namespace
+
 Result<NestedCaches> NestedCaches::create(const LiveOptions& options) {
   Result<LiveCaches> first = LiveCaches::create(options);
   if (!first) return first.error();
@@ -42,8 +65,11 @@ Result<NestedCaches> NestedCaches::create(const LiveOptions& options) {
 }
 
 Status NestedCaches::update(NestedVolumes& volumes, const LiveFrame& frame) {
+  if (Status ok = checkLiveFrame(frame); !ok) return ok;
+  CacheSum sky;
   try {
     while (caches_.size() < volumes.size()) caches_.push_back(caches_.front().withoutLight());
+    if (volumes.outermost().grid().roams) sky = skySum(liveRays(kSkyRays, frame));
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::memory, "live light: memory ran out; fewer cells or cascades take less"};
   }
@@ -55,11 +81,13 @@ Status NestedCaches::update(NestedVolumes& volumes, const LiveFrame& frame) {
   for (std::size_t level = 0; level < caches_.size(); ++level) {
     if (Status ok = caches_[level].gather(volumes[level], frame, volumes.all().first(level)); !ok) return ok;
   }
+  sky_ = sky;
   return done();
 }
 
 void NestedCaches::reset() {
   for (LiveCaches& each : caches_) each.reset();
+  sky_ = {};
 }
 
 NestedStencil NestedCaches::stencil(const glm::vec3& positionWorld, const glm::vec3& normal) const {
@@ -69,8 +97,13 @@ NestedStencil NestedCaches::stencil(const glm::vec3& positionWorld, const glm::v
   float rest = 1.0f;
   for (std::size_t level = caches_.size(); level-- > 0 && rest > 0.0f;) {
     const VolumeGrid& grid = caches_[level].cells().grid;
-    const float share =
-        level > 0 ? shareOfVolume(grid, openFaces(grid, outermost, level), grid.toGrid(positionWorld)) : 1.0f;
+    constexpr std::uint32_t kAllFaces = 63;
+    float share = 1.0f;
+    if (level > 0) share = shareOfVolume(grid, openFaces(grid, outermost, level), grid.toGrid(positionWorld));
+    if (level == 0 && grid.roams) {
+      share = shareOfVolume(grid, kAllFaces, grid.toGrid(positionWorld));
+      found.sky = rest * (1.0f - share);
+    }
     if (!(share > 0.0f)) continue;
     found.stencil[level] = caches_[level].stencil(positionWorld, normal);
     // Far from surfaces small cells have no caches, and large ones do.
@@ -79,8 +112,10 @@ NestedStencil NestedCaches::stencil(const glm::vec3& positionWorld, const glm::v
     found.share[level] = rest * share;
     rest -= found.share[level];
   }
+  rest -= found.sky;
   if (rest > 0.0f && rest < 1.0f) {
     for (float& share : found.share) share /= 1.0f - rest;
+    found.sky /= 1.0f - rest;
   }
   return found;
 }
@@ -90,6 +125,10 @@ glm::vec3 NestedCaches::irradianceBy(const NestedStencil& stencil, const glm::ve
   for (std::size_t level = 0; level < caches_.size(); ++level) {
     if (stencil.share[level] > 0.0f)
       sum.add(stencil.stencil[level], stencil.share[level], caches_[level].coefficients(), caches_[level].brightest());
+  }
+  if (stencil.sky > 0.0f) {
+    for (std::size_t i = 0; i < sum.coefficients.size(); ++i) sum.coefficients[i] += stencil.sky * sky_.coefficients[i];
+    sum.brightest = std::max(sum.brightest, sky_.brightest);
   }
   return sum.irradiance(normal);
 }

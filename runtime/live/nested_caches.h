@@ -30,6 +30,7 @@ float shareOfVolume(const VolumeGrid& grid, std::uint32_t open, const glm::vec3&
 struct NestedStencil {
   std::array<CellStencil, kMaxCascades> stencil{};
   std::array<float, kMaxCascades> share{};
+  float sky = 0.0f;  // the sky's, near the faces of an outermost that follows the eye, and beyond them
 };
 
 class NestedCaches {
@@ -58,6 +59,7 @@ class NestedCaches {
   explicit NestedCaches(LiveCaches first) { caches_.push_back(std::move(first)); }
 
   std::vector<LiveCaches> caches_;
+  CacheSum sky_;  // as of the last update(), were it all that there is
 };
 
 }  // namespace relume

@@ -178,6 +178,43 @@ TEST(NestedCaches, aConstantSkyLightsAnOpenPlane) {
   }
 }
 
+// A box that follows the eye ends in the sky, without a step.
+TEST(NestedCaches, aBoxThatFollowsTheEyeFadesIntoTheSky) {
+  VoxelLevel level;
+  level.surfaces[0].albedo = glm::vec3(0.0f);
+  level.addQuad({-40, 0, -40}, {-40, 0, 40}, {40, 0, 40}, {40, 0, -40});
+  for (int i = 0; i < 20; ++i)
+    level.addBox({-40.0f + 4.0f * static_cast<float>(i), 0, 1.5f}, {-39.0f + 4.0f * static_cast<float>(i), 3, 2.5f},
+                 false);
+  LiveLightOptions options;
+  options.boxMin = {0, -1, -4};
+  options.boxMax = {8, 5, 4};
+  options.cells = 8;
+  options.cascades = 2;
+  options.raysPerCell = 256;
+  options.boxFollowsEye = true;
+  options.eyeWorld = {10, 1, 0};
+  auto light = LiveLight::create(level.geometry(), options);
+  ASSERT_TRUE(light) << light.error().message;
+  LiveFrame frame;
+  frame.sky.radiance = glm::vec3(1.0f);
+  for (float eye = 10.0f; eye > -10.0f; eye -= 1.7f) {
+    ASSERT_TRUE(light->centre({eye, 1, 0}));
+    ASSERT_TRUE(light->update({}, frame));
+  }
+  EXPECT_NEAR(light->irradiance({30, 0, 0.5f}, {0, 1, 0}).x, kPi, 0.01f * kPi) << "beyond it";
+  float before = light->irradiance({-20, 0, 0.5f}, {0, 1, 0}).x, darkest = before;
+  for (float x = -20.0f; x < 5.0f; x += 0.02f) {
+    const float e = light->irradiance({x, 0, 0.5f}, {0, 1, 0}).x;
+    EXPECT_LT(std::abs(e - before), 0.06f * before) << x;
+    before = e;
+    darkest = std::min(darkest, e);
+  }
+  EXPECT_LT(darkest, 0.95f * kPi) << "the boxes hide nothing";
+  light->reset();
+  EXPECT_EQ(light->irradiance({30, 0, 0.5f}, {0, 1, 0}), glm::vec3(0.0f));
+}
+
 // The eye walks off and comes back: the light is that from before, once it has settled.
 TEST(NestedCaches, lightComesBackWithTheEye) {
   VoxelLevel level = litHall();
