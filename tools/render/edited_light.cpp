@@ -26,7 +26,7 @@ Result<EditedLight> lightEdited(const RayTracer& tracer, const RenderRequest& re
   auto litAfter = lightLive(tracer, live, context);
   if (!litAfter) return litAfter.error();
   EditBlendOptions options = level.blend;
-  options.voxel = litAfter->voxels.volume.grid().voxel;
+  options.voxel = litAfter->voxels.volume().grid().voxel;
   auto blend = EditBlend::create(level.bounds, options);
   if (!blend) return blend.error();
   return EditedLight{std::move(*blend), std::move(*litBefore), std::move(*litAfter), &level};

@@ -331,7 +331,7 @@ struct Edits {
   std::optional<EditFields> straight;
 };
 
-Result<EditFields> fieldsOf(const EditedLight& light, const std::optional<LiveCaches> LiveView::*part) {
+Result<EditFields> fieldsOf(const EditedLight& light, const std::optional<NestedCaches> LiveView::*part) {
   auto fields = EditFields::create();
   if (!fields) return fields.error();
   fields->place(light.blend);
