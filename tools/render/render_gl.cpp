@@ -3,14 +3,11 @@
 // is bound by memory and not by the largest framebuffer.
 #include "tools/gl_scene/egl_context.h"
 
-#include "bake/rays/ray_tracer.h"
-#include "relume/bake/options.h"
 #include "tools/gl_scene/draw_targets.h"
-#include "tools/gl_scene/edit_fields.h"
 #include "tools/gl_scene/gl_level.h"
 #include "tools/gl_scene/level_shader.h"
 #include "tools/gl_scene/shadow_maps.h"
-#include "tools/render/edited_light.h"
+#include "tools/render/edited_gl.h"
 #include "tools/render/live_gl.h"
 #include "tools/render/render_gl.h"
 
@@ -324,39 +321,6 @@ class GlRenderer {
   std::vector<glm::vec4> pixels_;
 };
 
-// Light near what was edited since the bake, found by rays on the CPU.
-struct Edits {
-  EditedLight light;
-  EditFields all;
-  std::optional<EditFields> straight;
-};
-
-Result<EditFields> fieldsOf(const EditedLight& light, const std::optional<NestedCaches> LiveView::*part) {
-  auto fields = EditFields::create();
-  if (!fields) return fields.error();
-  fields->place(light.blend);
-  if (Status ok = fields->uploadBefore(texelsOf(*(light.before.*part))); !ok) return ok.error();
-  if (Status ok = fields->uploadAfter(texelsOf(*(light.after.*part))); !ok) return ok.error();
-  return fields;
-}
-
-Result<Edits> lightEdits(const Scene& scene, const RenderRequest& request, Context& context) {
-  const auto tracer =
-      RayTracer::create(scene, BakeOptions{}.embreeIsa, context, RayStructure::thorough, RayGeometry::drawn);
-  if (!tracer) return tracer.error();
-  auto light = lightEdited(*tracer, request, context);
-  if (!light) return light.error();
-  if (context.cancelled()) return cancelledError();
-  auto all = fieldsOf(*light, &LiveView::all);
-  if (!all) return all.error();
-  Edits edits{std::move(*light), std::move(*all), {}};
-  if (!request.straight) return edits;
-  auto straight = fieldsOf(edits.light, &LiveView::straight);
-  if (!straight) return straight.error();
-  edits.straight.emplace(std::move(*straight));
-  return edits;
-}
-
 std::vector<Tile> tilesOf(const RenderRequest& request, std::uint32_t samples) {
   const std::uint32_t side = std::max(kTile / samples, 1u);
   std::vector<Tile> tiles;
@@ -412,9 +376,9 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
     live.emplace(std::move(*lit));
   }
 
-  std::optional<Edits> edits;
+  std::optional<EditedGl> edits;
   if (request.edited != nullptr && relit->all) {
-    auto lit = lightEdits(scene, request, context);
+    auto lit = lightEditedGl(scene, request, context);
     if (!lit) return lit.error();
     edits.emplace(std::move(*lit));
   }
