@@ -10,7 +10,7 @@
 // Two LiveLights run beside the Relighter: one of the level as it was baked, one of the level as it is now. Both take
 // the lights and shadows that the Relighter takes, those of the level as it is: a bake's surfels are lit by the frame's
 // shadows as well. What live light errs by is in both, and cancels. Surfaces of changed parts have nothing in the bake:
-// they are lit by the second alone, kEditedPart. docs/notes/live.md has errors and times.
+// they are lit by the second alone, kEditedPart. docs/notes/edits.md has errors and times.
 #pragma once
 
 #include "relume/result.h"
