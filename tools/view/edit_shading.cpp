@@ -47,7 +47,7 @@ Status EditShading::take(Result<LitFrame> found, bool isAfter) {
   if (!found) return found.error();
   settled_[isAfter ? 1 : 0] = found->isSettled;
   bytes_[isAfter ? 1 : 0] = std::move(found->bytes);
-  voxel_ = found->texels.volumes.back().grid.voxel;
+  voxel_ = found->texels.volumes.empty() ? 0.0f : found->texels.volumes.back().grid.voxel;
   return isAfter ? fields_->uploadAfter(found->texels) : fields_->uploadBefore(found->texels);
 }
 
