@@ -111,7 +111,8 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
       isLit[i] = isLit_[old];
     } else if (around != nullptr) {
       const VolumeGrid& outer = around->cells_.grid;
-      const std::uint32_t slot = around->cells_.slot[outer.cellIndex((cell + cells.grid.shift) / 2 - outer.shift)];
+      const glm::ivec3 holds = ((cell + cells.grid.shift) >> 1) - outer.shift;
+      const std::uint32_t slot = outer.holdsCell(holds) ? around->cells_.slot[outer.cellIndex(holds)] : kInactive;
       if (slot != kInactive) copy(*around, slot, i);
     }
   }
