@@ -4,7 +4,6 @@
 
 #include "formats/limits.h"
 #include "formats/sh.h"
-#include "shaders/shared/layout.h"
 
 #include <glm/geometric.hpp>
 
@@ -13,8 +12,6 @@
 #include <numbers>
 
 namespace relume {
-
-static_assert(RELUME_LIVE_MAX_VOLUMES == kMaxCascades);
 
 std::uint32_t openFaces(const VolumeGrid& grid, const VolumeGrid& outermost, std::size_t level) {
   std::uint32_t open = 0;
@@ -31,8 +28,8 @@ float shareOfVolume(const VolumeGrid& grid, std::uint32_t open, const glm::vec3&
   for (int k = 0; k < 3; ++k) {
     const float at = place[k] / float{kBrickSide}, size = static_cast<float>(grid.cells[k]);
     if (!(at >= 0.0f && at <= size)) return 0.0f;
-    if (open >> k & 1u) share = std::min(share, at / RELUME_LIVE_BLEND_CELLS);
-    if (open >> (3 + k) & 1u) share = std::min(share, (size - at) / RELUME_LIVE_BLEND_CELLS);
+    if (open >> k & 1u) share = std::min(share, at / kBlendCells);
+    if (open >> (3 + k) & 1u) share = std::min(share, (size - at) / kBlendCells);
   }
   return share;
 }

@@ -19,6 +19,8 @@
 
 namespace relume {
 
+inline constexpr float kBlendCells = 2.0f;  // from a face on, in which a volume takes over from the one around it
+
 // Which faces of a volume have another one behind them: those that are not the outermost's too. Bit k: the lower one of
 // axis k, bit 3 + k: the upper. `level`: the outermost's cells are 2^level as large.
 std::uint32_t openFaces(const VolumeGrid& grid, const VolumeGrid& outermost, std::size_t level);

@@ -119,16 +119,34 @@ Status changeAll(std::vector<VoxelVolume>& volumes, double& ms, const Find& find
 
 Status NestedVolumes::move(std::span<const glm::mat4x3> toWorld) {
   double moveMs = 0.0;  // which the volumes have
-  return changeAll(volumes_, moveMs, [&](const VoxelVolume& volume) { return volume.findMove(toWorld); });
+  Status ok = changeAll(volumes_, moveMs, [&](const VoxelVolume& volume) { return volume.findMove(toWorld); });
+  if (ok) isLit_.clear();
+  return ok;
 }
 
 Status NestedVolumes::edit(std::span<const PartEdit> edits) {
-  return changeAll(volumes_, voxeliseMs_, [&](const VoxelVolume& volume) { return volume.findEdit(edits); });
+  Status ok = changeAll(volumes_, voxeliseMs_, [&](const VoxelVolume& volume) { return volume.findEdit(edits); });
+  if (ok) isLit_.clear();
+  return ok;
 }
 
 Status NestedVolumes::lightDirectly(const LightSetup& setup) {
-  for (VoxelVolume& volume : volumes_) {
-    if (Status ok = volume.lightDirectly(setup); !ok) return ok;
+  isLit_.clear();
+  return lightChanged(setup);
+}
+
+Status NestedVolumes::lightChanged(const LightSetup& setup) {
+  try {
+    isLit_.resize(volumes_.size(), 0);
+  } catch (const std::bad_alloc&) {
+    return noMemoryForNested();
+  }
+  directMs_ = 0.0;
+  for (std::size_t level = 0; level < volumes_.size(); ++level) {
+    if (isLit_[level] != 0) continue;
+    if (Status ok = volumes_[level].lightDirectly(setup); !ok) return ok;
+    isLit_[level] = 1;
+    directMs_ += volumes_[level].passTimes()[2].ms;
   }
   return done();
 }
@@ -156,6 +174,7 @@ Result<bool> NestedVolumes::centre(const glm::vec3& eyeWorld) {
     for (auto& [level, change] : changes) {
       voxeliseMs_ += change.ms();
       volumes_[level].take(std::move(change));
+      if (level < isLit_.size()) isLit_[level] = 0;
     }
     return !changes.empty();
   } catch (const std::bad_alloc&) {
@@ -187,6 +206,7 @@ std::vector<PassTime> NestedVolumes::passTimes() const {
     for (std::size_t i = 1; i < sum.size(); ++i) sum[i].ms += inner[i].ms;
   }
   sum[0].ms = voxeliseMs_;
+  sum[2].ms = directMs_;
   return sum;
 }
 

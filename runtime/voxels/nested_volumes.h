@@ -42,6 +42,8 @@ class NestedVolumes {
   [[nodiscard]] Status move(std::span<const glm::mat4x3> toWorld);
   [[nodiscard]] Status edit(std::span<const PartEdit> edits);
   [[nodiscard]] Status lightDirectly(const LightSetup& setup);
+  // The same of the volumes that have changed since, by the lights and shadows from before.
+  [[nodiscard]] Status lightChanged(const LightSetup& setup);
 
   // Follow the eye. Each stays while the eye is within 3/4 of a cell of where it is centred. Returns whether any has
   // moved. usage: an eye that is not finite or farther than kMaxCoordinate; memory; all stay where they are then.
@@ -61,15 +63,17 @@ class NestedVolumes {
 
   // Voxels of all; triangles as the outermost has them.
   VoxelStats stats() const;
-  // Sums over all, by the names that VoxelVolume's have; "voxelise" of those that the last call has changed.
+  // Sums over all, by the names that VoxelVolume's have; "voxelise" and
+  // "direct" of those that the last call was of.
   std::vector<PassTime> passTimes() const;
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
   const ParallelFor& parallelFor() const { return volumes_.front().parallelFor(); }
 
  private:
   std::vector<VoxelVolume> volumes_;
+  std::vector<std::uint8_t> isLit_;  // [Size 0 or volumes] directly, as they are now
   bool boxFollowsEye_ = false;
-  double voxeliseMs_ = 0.0;  // of the last create(), edit() or centre()
+  double voxeliseMs_ = 0.0, directMs_ = 0.0;  // of the last create(), edit() or centre(); of the last direct light
 };
 
 }  // namespace relume

@@ -16,6 +16,7 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kPlanesARow = RELUME_LIVE_PLANES_A_ROW, kCachesARow = RELUME_LIVE_CACHES_A_ROW;
+static_assert(RELUME_LIVE_MAX_VOLUMES == kMaxCascades && RELUME_LIVE_BLEND_CELLS == kBlendCells);
 constexpr std::uint32_t kTexels = 7;        // of a cache
 constexpr std::uint32_t kCoefficients = 9;  // of a channel
 

@@ -126,12 +126,13 @@ Status LiveLevel::place(const std::vector<glm::mat4>& toWorld, bool editsCastSha
   return placed;
 }
 
-Status LiveLevel::lightDirectly(const std::vector<Light>& lights) {
+// isChangedAlone: lights and parts are as they were, and volumes may have moved.
+Status LiveLevel::lightDirectly(const std::vector<Light>& lights, bool isChangedAlone) {
   LightSetup setup;
   setup.lights = lights;
   setup.visibility = rayVisibility(*tracer_, lights, *context_);
   if (movedTracer_) setup.visibility = throughBoth(setup.visibility, rayVisibility(*movedTracer_, lights, *context_));
-  return volumes_.lightDirectly(setup);
+  return isChangedAlone ? volumes_.lightChanged(setup) : volumes_.lightDirectly(setup);
 }
 
 void LivePace::begin(bool isStill, double seconds) {
@@ -175,13 +176,13 @@ Status LiveLevel::update(const LiveScene& next, double seconds) {
     hasMoved_ = hasMoved_ || *moved;
   }
   const bool isPlaced = last_ && last_->toWorld == next.toWorld;
-  const bool isLit = isPlaced && !hasMoved_ && areSame(last_->lights, next.lights);
+  const bool isSameLight = isPlaced && areSame(last_->lights, next.lights), isLit = isSameLight && !hasMoved_;
   if (!isPlaced) {
     if (Status ok = place(next.toWorld, next.editsCastShadowsAlone); !ok) return ok;
   }
   const bool isStill = last_ && !hasMoved_ && isSame(*last_, next);
   if (hasLight() && !isLit) {
-    if (Status ok = lightDirectly(next.lights); !ok) return ok;
+    if (Status ok = lightDirectly(next.lights, isSameLight); !ok) return ok;
   }
   last_ = next;
   hasMoved_ = false;

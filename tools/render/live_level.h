@@ -103,7 +103,7 @@ class LiveLevel {
   bool hasLight() const { return backend_ == BackendKind::cpu; }
   Status place(const std::vector<glm::mat4>& toWorld, bool editsCastShadowsAlone);
   Status trace(Scene& scene, bool lifts);
-  Status lightDirectly(const std::vector<Light>& lights);
+  Status lightDirectly(const std::vector<Light>& lights, bool isChangedAlone);
 
   const Scene* scene_;
   BackendKind backend_ = BackendKind::cpu;
