@@ -11,11 +11,11 @@
 //   (6) resolve              per pixel, in the host's shader (GlResolve::glsl()) or by irradianceOnLightmap() and
 //                            irradianceInGrid() here
 //
-// Threads. Several Relighters may share one Bake, whose arrays they keep alive, and run at the same time. Of one
-// Relighter, create(), relight(), reset(), moves and destruction each need it alone. Between them, with the CPU
-// backend, any number of threads may call its const functions at the same time: look-ups only read. With the GL
-// backend every call, const ones included, belongs to the thread on which the context of create() is current: the first
-// look-up after a relight() reads the caches back.
+// Threads. Several Relighters may share one Bake, of whose arrays they keep alive what they have not packed, and run at
+// the same time. Of one Relighter, create(), relight(), reset(), moves and destruction each need it alone. Between
+// them, with the CPU backend, any number of threads may call its const functions at the same time: look-ups only read.
+// With the GL backend every call, const ones included, belongs to the thread on which the context of create() is
+// current: the first look-up after a relight() reads the caches back.
 //
 // Memory that runs out is ErrorCode::memory where a Status or a Result comes back, with the size that was asked for,
 // and std::bad_alloc where not; nothing is leaked, and last frame's light stays.
@@ -78,7 +78,7 @@ struct RelightOptions {
   // levels, 12 bytes each; OpenGL 16 bytes for each texel and mip level beside them.
   std::vector<DrivenImage> drivenImages{};
   // [0..kMaxMovingParts] how many LightSetup::movingParts a frame has at most; 0 = none. What they need is kept beside
-  // the links, 32 bytes a surfel, about twice what the surfels themselves take, and some 40 a cache; OpenGL and
+  // the links, 32 bytes a surfel, about twice what the surfels themselves take, and some 70 a cache; OpenGL and
   // GpuPasses keep 56 a cache and 17 KiB a part. WebAssembly: none.
   std::uint32_t movingParts = 0;
   // [1, 2, 4 .. 64] frames within which each cache near parts is looked at again, wherever they are by then; 1 = all in

@@ -242,8 +242,14 @@ TEST(ResolveGrid, interpolatesClampsAndWeighsByNormal) {
 
 // What is decided once and read from tables gives what the general resolve gives, for all kinds of receivers.
 TEST(Bounce, agreesWithResolveAtEverySurfel) {
-  for (const LinkKind kind : {LinkKind::cone, LinkKind::irradiance}) {
-    Bake bake = test::makeSyntheticBake({.surfels = 3000, .lightmapCaches = 260, .kind = kind});
+  // The last map has more caches than two bytes number.
+  for (const auto& [kind, mapCaches] :
+       {std::pair{LinkKind::cone, 260u}, {LinkKind::irradiance, 260u}, {LinkKind::cone, 66000u}}) {
+    Bake bake = test::makeSyntheticBake({.surfels = 3000,
+                                         .lightmapSize = mapCaches < 1000 ? 24u : 300u,
+                                         .lightmapCaches = mapCaches,
+                                         .linksPerCache = mapCaches < 1000 ? 64u : 24u,
+                                         .kind = kind});
     // Some normals that are no longer the map's.
     std::vector<glm::vec3> normal = bake.surfels.normal.toVector();
     for (std::size_t s = 0; s < normal.size(); s += 5)
@@ -254,6 +260,7 @@ TEST(Bounce, agreesWithResolveAtEverySurfel) {
                                 std::pmr::new_delete_resource());
     const std::vector<std::uint32_t> nodes = randomNodes(bake.hierarchy.nodeCount());
     const PackedCaches caches = test::packed(bake.caches);
+    ASSERT_EQ(caches.map().cache.wide() != nullptr, mapCaches > 65534);
     for (const auto& [luma, chroma] : {std::pair{1, 1}, {2, 1}, {2, 2}, {4, 1}, {4, 3}, {6, 2}}) {
       StoredLight stored({luma, chroma, kind == LinkKind::irradiance}, bake.caches.count(), bake.caches.firstMapCache(),
                          std::pmr::new_delete_resource());
@@ -291,7 +298,10 @@ TEST(Bounce, agreesWithResolveAtEverySurfel) {
                    : glm::dot(
                          surfels.normal[s],
                          meanNormal(caches.map(), lightmapStencil(caches.map(), unpackUnorm16x2(surfels.receiver[s]))));
-          const float tolerance = cosine > 0.97f && cosine < 0.9999f ? 0.1f : 0.02f;
+          // Few links make rougher light.
+          const bool isNearly = cosine > 0.97f && cosine < 0.9999f;
+          if (isNearly && mapCaches > 1000) continue;
+          const float tolerance = isNearly ? 0.1f : 0.02f;
           ASSERT_LT(glm::length(found - want), tolerance * glm::length(want) + 1e-4f)
               << "surfel " << s << " bands " << luma << " " << chroma;
         }
