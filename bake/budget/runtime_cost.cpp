@@ -14,7 +14,7 @@ constexpr double kSurfelBytes = 16.3, kTreeBytes = 10.3, kSkyBytes = 12.0;
 // Surfels that read the grid, or caches of other normals, say what they read.
 constexpr double kBounceBytes = 1.35;
 // Position in the grid; normal on the light map, and colour for it; the coefficients, and what they are counted in.
-constexpr double kGridCacheBytes = 12.0, kMapCacheBytes = 16.0, kCoefficientBytes = 2.0;
+constexpr double kGridCacheBytes = 12.0, kMapCacheBytes = 8.0, kCoefficientBytes = 2.0;
 // Numbers of caches, in the light map and the grid: in two bytes while so many caches are on the map.
 constexpr double kIndexBytes = 2.0, kWideIndexBytes = 4.0, kNarrowCaches = 65534.0;
 // Of what depth maps take in the bake: triangles that hide nothing are left out.

@@ -86,7 +86,7 @@ void Bounce::colorCaches(const LightSurfelsKernel& kernel, const StoredLight& li
   if (cacheColor_.empty() || begin >= end) return;
   ColorCachesJob job;
   job.light = light.mapRows();
-  job.normal = caches_.map().normal.empty() ? nullptr : &caches_.map().normal[0].x;
+  job.normal = caches_.map().normal.data();
   job.normalsCount = normalsCount_;
   // 2 pi y_0 times coefficient 0; a cache without a normal has gathered the whole sphere, and gives half of that.
   job.constant[1] = 2.0f * std::numbers::pi_v<float> * 0.282094792f;

@@ -46,10 +46,10 @@ struct LightSurfelsJob {
 // The irradiance of the light map's caches for their own normals.
 struct ColorCachesJob {
   LightRows light;
-  const float* normal = nullptr;   // of each cache, from light.first on: x, y, z
-  bool normalsCount = false;       // the linear form for a cache's normal; without, coefficient 0 alone counts:
-  float constant[2] = {};          // times this, for caches without and with a normal
-  std::uint32_t* color = nullptr;  // out, packed, from cache light.first on
+  const std::uint32_t* normal = nullptr;  // of each cache, from light.first on: packOctahedral() (formats/pack.h)
+  bool normalsCount = false;              // the linear form for a cache's normal; without, coefficient 0 alone counts:
+  float constant[2] = {};                 // times this, for caches without and with a normal
+  std::uint32_t* color = nullptr;         // out, packed, from cache light.first on
 };
 
 // A surfel that reads the light map for a normal that is not the map's.

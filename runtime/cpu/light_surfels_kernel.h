@@ -79,19 +79,28 @@ inline Floats dithers(Ints index) {
 
 // Y, Co, Cg a cache at a time, then lanes are caches.
 inline void colorCaches(const ColorCachesJob& job, std::uint32_t begin, std::uint32_t end) {
+  constexpr std::int32_t kNoNormal = static_cast<std::int32_t>(0x80008000u);  // kNoDirection of formats/pack.h
   constexpr float kLinear = 4.0f / 3.0f * 3.14159265f * 0.488602512f;
   const std::size_t luma = job.light.lumaCount, chroma = job.light.chromaCount;
   alignas(64) float e[3][kLanes] = {};
   for (std::uint32_t first = begin; first < end; first += kLanes) {
     const std::uint32_t count = end - first < kLanes ? end - first : kLanes, from = first - job.light.first;
+    Ints packed = Ints{} + kNoNormal;
+    __builtin_memcpy(&packed, job.normal + from, sizeof(std::uint32_t) * count);
+    Floats3 unpacked;
+    unpackDirections<16>(packed, unpacked.x, unpacked.y, unpacked.z);
+    const Ints hasNormal = packed != kNoNormal;
+    alignas(64) float normal[3][kLanes];
+    store(normal[0], asFloats(asInts(unpacked.x) & hasNormal));
+    store(normal[1], asFloats(asInts(unpacked.y) & hasNormal));
+    store(normal[2], asFloats(asInts(unpacked.z) & hasNormal));
     for (std::uint32_t i = 0; i < count; ++i) {
       const std::uint16_t *const row = rowOf(job.light, first + i), *const y = row + 1, *const co = y + luma,
                                  *const cg = co + chroma;
-      const float* const n = job.normal + 3 * std::size_t{from + i};
       const float unit = unitOf(row);
       if (job.normalsCount) {
         // As coefficients 1 to 3 lie; what follows them counts nothing.
-        const Float4 axis = kLinear * unit * Float4{n[1], n[2], n[0], 0.0f};
+        const Float4 axis = kLinear * unit * Float4{normal[1][i], normal[2][i], normal[0][i], 0.0f};
         e[0][i] = sumLanes(axis * loadWords<4>(y + 1));
         if (chroma > 1) {
           e[1][i] = sumLanes(axis * loadWords<4>(co + 1));
@@ -103,7 +112,7 @@ inline void colorCaches(const ColorCachesJob& job, std::uint32_t begin, std::uin
           e[2][i] = ratio * wordAt(cg);
         }
       } else {
-        const float factor = unit * job.constant[n[0] != 0.0f || n[1] != 0.0f || n[2] != 0.0f ? 1 : 0];
+        const float factor = unit * job.constant[hasNormal[i] != 0 ? 1 : 0];
         e[0][i] = factor * wordAt(y);
         e[1][i] = factor * wordAt(co);
         e[2][i] = factor * wordAt(cg);

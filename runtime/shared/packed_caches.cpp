@@ -32,14 +32,16 @@ PackedMap::PackedMap(const Caches& caches, std::pmr::memory_resource* memory)
       cache(caches.lightmap.cache.span(), memory),
       firstCache(caches.firstMapCache()),
       normal(memory) {
-  normal.assign(caches.normal.begin() + firstCache, caches.normal.end());
+  normal.reserve(caches.count() - firstCache);
+  for (std::uint32_t each = firstCache; each < caches.count(); ++each)
+    normal.push_back(packOctahedral(caches.normal[each]));
 }
 
 PackedCaches::PackedCaches(const Caches& caches, std::pmr::memory_resource* memory)
     : count_(caches.count()), grid_(caches, memory), map_(caches, memory) {}
 
 std::size_t PackedCaches::placeBytes() const {
-  return sizeof(glm::vec3) * grid_.positionWorld.size() + sizeof(glm::vec3) * map_.normal.size();
+  return sizeof(glm::vec3) * grid_.positionWorld.size() + sizeof(std::uint32_t) * map_.normal.size();
 }
 
 std::size_t PackedCaches::indexBytes() const {

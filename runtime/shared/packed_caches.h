@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // What receivers read of a bake's caches beside their light, packed: which cache is where, positions of the grid's and
-// how far they see, normals of the light map's. The bake's own arrays, which take twice as much, can go.
+// how far they see, normals of the light map's. A fifth to a third of what the bake's own arrays take, which can go.
 #pragma once
 
+#include "formats/pack.h"
 #include "relume/caches.h"
 #include "runtime/shared/cache_index.h"
 #include "runtime/shared/grid_sight.h"
@@ -36,14 +37,12 @@ struct PackedMap {
 
   std::uint32_t width, height;  // [texel]
   CacheIndex cache;
-  std::uint32_t firstCache;  // Caches::firstMapCache()
-  // [Size caches from there on] To the last bit the bake's: certificates, which are part of a bake, are read through
-  // this.
-  std::pmr::vector<glm::vec3> normal;
+  std::uint32_t firstCache;                // Caches::firstMapCache()
+  std::pmr::vector<std::uint32_t> normal;  // [Size caches from there on] packOctahedral()
 
   // Unit, or zero for a cache that gathers the sphere.
   glm::vec3 normalOf(std::uint32_t number) const {
-    return number < firstCache ? glm::vec3(0.0f) : normal[number - firstCache];
+    return number < firstCache ? glm::vec3(0.0f) : unpackOctahedral(normal[number - firstCache]);
   }
 };
 
