@@ -20,7 +20,7 @@ constexpr int kNodes = kDepthSide * kDepthSide;
 constexpr float kBeyond = 0.5f;
 constexpr float kAnywhere = 1e15f;  // [m]
 // Of distances: rounding errors of positions hide nothing.
-constexpr float kRoom = 1.001f;
+constexpr float kSightRoom = 1.001f;
 
 // Where the receivers of a cache may be.
 struct Box {
@@ -116,7 +116,7 @@ std::uint32_t nodeByte(std::span<const std::uint32_t> words, int node) {
 // one axis at all three nodes, it is all over the triangle, as both are linear there.
 std::bitset<kNodes> findNodes(std::span<const std::uint32_t> words, const Box& box, float unit) {
   std::bitset<kNodes> kept;
-  const glm::vec3 low = glm::max(-box.low, 0.0f) * kRoom, high = glm::max(box.high, 0.0f) * kRoom;
+  const glm::vec3 low = glm::max(-box.low, 0.0f) * kSightRoom, high = glm::max(box.high, 0.0f) * kSightRoom;
   visitTriangles([&](const std::array<int, 3>& nodes) {
     std::array<glm::vec3, 3> point;
     std::array<float, 3> t;
