@@ -12,7 +12,7 @@
 namespace relume {
 namespace {
 
-constexpr float kMaxPosition = 1e6f;  // [m]
+constexpr float kMaxDrag = 1e6f;  // [m]
 
 float squaredDistanceToEdge(const glm::vec3& p, const glm::vec3& a, const glm::vec3& b) {
   const glm::vec3 along = b - a, to = p - a;
@@ -88,7 +88,7 @@ bool ObjectEditor::press(const Objects& objects, const PixelView& view, const gl
 void ObjectEditor::move(Objects& objects, const PixelView& view, const glm::vec2& pixel) const {
   if (!drag_) return;
   if (const auto to = dragTo(*drag_, view, pixel))
-    objects[*selected_].position = glm::clamp(to->centreWorld, -kMaxPosition, kMaxPosition);
+    objects[*selected_].position = glm::clamp(to->centreWorld, -kMaxDrag, kMaxDrag);
 }
 
 void ObjectEditor::cancelDrag(Objects& objects) {
