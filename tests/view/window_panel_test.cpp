@@ -134,7 +134,7 @@ TEST_F(SmallWindowPanel, partsOfTheLightBandsAndBackendsAreSwitched) {
 
 // Of a level without a bake, which OpenGL lights and then the CPU.
 TEST_F(SmallWindowPanel, conesMirrorAndShowHowOpenPlacesAre) {
-  constexpr int kLiveRelight = 6, kLiveBy = 14, kMirrorByCones = 17, kGlossy = 3, kOcclusion = 8;
+  constexpr int kLiveRelight = 6, kLiveBy = 13, kMirrorByCones = 16, kGlossy = 3, kOcclusion = 8;
   if (!show({kWindowLevel, "--camera", "cam_living", "--lights", "lamp", "--live-cells", "12", "--live-rays", "32",
              "--live-backend", "gl", "--view", "glossy", "--roughness", "0.3"}))
     GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
