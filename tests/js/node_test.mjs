@@ -29,7 +29,7 @@ const native = new Float32Array(readFileSync(nativeFile).buffer.slice(0));
 // What a page downloads: the module with SIMD and its glue.
 const download = ['wasm', 'mjs'].map((end) => gzipSync(readFileSync(path.join(folder, 'wasm', `relume-simd.${end}`)), {level: 9}).length).reduce((a, b) => a + b);
 console.log(`${download} bytes through gzip`);
-assert.ok(download <= 150000, 'docs/notes/web.md says what counts');
+assert.ok(download <= 156000, 'docs/notes/web.md says what counts');
 
 // The frames of native_light.cpp.
 const setup = {
