@@ -11,10 +11,10 @@ import json
 import os
 import pathlib
 import resource
-import struct
 import subprocess
 import sys
 
+import glb
 import pictures
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -133,57 +133,12 @@ def fig4():
 
 def camera_of(path, name):
     """Place and unit vector ahead of a camera that is a root node."""
-    data = path.read_bytes()
-    size, = struct.unpack_from("<I", data, 12)
-    node = next(n for n in json.loads(data[20:20 + size])["nodes"] if n.get("name") == name)
-    x, y, z, w = node["rotation"]
-    return node["translation"], (-2 * (x * z + w * y), -2 * (y * z - w * x), -(1 - 2 * (x * x + y * y)))
-
-
-def fig5():
-    path = level_of("fortitude")
-    (street, ahead), (window, _) = camera_of(path, "cam_street"), camera_of(path, "cam_window")
-    print("| place on the way | occupied % | CPU ms a frame |\n|---|---:|---:|")
-    for step in range(5):
-        eye = [a + (b - a) * step / 4 for a, b in zip(street, window)]
-        target = [e + a for e, a in zip(eye, ahead)]
-        cpu, report = timed(path, "--eye", ",".join(map(str, eye)), "--target", ",".join(map(str, target)), "--fov", 60,
-                              "--lights", "sun", "--live-cells", 32, "--bounces", 1, "--occupancy", "depth", "--bands",
-                              "Y3Co1Cg1")
-        print(f"| p{step + 1} | {occupancy(report, 3):.1f} | {cpu:.1f} |", flush=True)
-
-
-def fig6():
-    rows = []
-    for bounces in (1, 2):
-        row = []
-        for visibility in ("none", "sampled", "exact"):
-            name = f"fig6_{visibility}_{bounces}"
-            render(name, level_of("cornell"), "--camera", "cam_corner", "--lights", "spot", "--bounces", bounces, "--aov",
-                   "indirect", "--live-visibility", visibility, "--bands", "Y3Co3Cg3", "--size", "320x180", "--samples", 2)
-            row.append(read(name))
-        run(RELUME, "reference", level_of("cornell"), "--camera", "cam_corner", "--lights", "spot", "--bounces", bounces,
-            "--spp", 256, "--size", "320x180", "-o", FOLDER / f"fig6_truth_{bounces}.exr", "--force", "--progress", "none")
-        truth = pictures.rgb(pictures.read_exr(FOLDER / f"fig6_truth_{bounces}.exr"), "DiffInd")
-        for visibility, picture in zip(("none", "sampled", "exact"), row):
-            rmse, energy = pictures.error_of(picture, truth)
-            print(f"| {bounces} | {visibility} | {rmse:.1f} | {energy:.3f} |", flush=True)
-        rows.append([pictures.to_srgb(p, 3) for p in (*row, truth)])
-    pictures.montage(FOLDER / "crc_fig6.jpg", rows)
-
-
-def with_floor(path, colour):
-    """A copy of Sponza whose floor has one colour and no texture."""
-    data = path.read_bytes()
-    size, = struct.unpack_from("<I", data, 12)
-    scene, rest = json.loads(data[20:20 + size]), data[20 + size:]
+    scene, binary = glb.read(path)
     floor = next(m for m in scene["materials"] if m["name"] == "Floor")["pbrMetallicRoughness"]
     floor.pop("baseColorTexture", None)
     floor["baseColorFactor"] = [*colour, 1]
-    text = json.dumps(scene).encode()
-    text += b" " * (-len(text) % 4)
     made = FOLDER / f"sponza_floor_{'_'.join(map(str, colour))}.glb"
-    made.write_bytes(data[:8] + struct.pack("<III", 20 + len(text) + len(rest), len(text), 0x4E4F534A) + text + rest)
+    glb.write(made, scene, binary)
     return made
 
 

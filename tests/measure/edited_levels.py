@@ -13,10 +13,10 @@ two_rooms are RELUME_SHARED_DIR's.
 import json
 import os
 import pathlib
-import struct
 import subprocess
 import sys
 
+import glb
 import numpy
 import pictures
 
@@ -48,9 +48,7 @@ def run(*words):
 
 def edit(source, target, changes):
     """A copy of a .glb whose nodes stand elsewhere or are gone."""
-    data = source.read_bytes()
-    size, = struct.unpack_from("<I", data, 12)
-    level, rest = json.loads(data[20:20 + size]), data[20 + size:]
+    level, binary = glb.read(source)
     for node in level["nodes"]:
         if node.get("name") not in changes:
             continue
@@ -60,39 +58,16 @@ def edit(source, target, changes):
         else:
             assert "matrix" not in node
             node["translation"] = [a + b for a, b in zip(node.get("translation", (0, 0, 0)), by)]
-    write(target, level, rest)
+    glb.write(target, level, binary)
 
 
 def add_box(source, target, name, low, high, albedo):
     """A copy of a .glb with a box."""
-    data = source.read_bytes()
-    size, = struct.unpack_from("<I", data, 12)
-    level, binary = json.loads(data[20:20 + size]), data[28 + size:]
+    level, binary = glb.read(source)
     corners = [[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)]
-    position = struct.pack("<24f", *sum(corners, []))
     faces = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6))
-    index = struct.pack("<36H", *sum(([f[0], f[1], f[2], f[0], f[2], f[3]] for f in faces), []))
-    binary += b"\0" * (-len(binary) % 4)
-    views, accessors = level["bufferViews"], level["accessors"]
-    views += [{"buffer": 0, "byteOffset": len(binary), "byteLength": len(position)},
-              {"buffer": 0, "byteOffset": len(binary) + len(position), "byteLength": len(index)}]
-    accessors += [{"bufferView": len(views) - 2, "componentType": 5126, "count": 8, "type": "VEC3", "min": low, "max": high},
-                  {"bufferView": len(views) - 1, "componentType": 5123, "count": 36, "type": "SCALAR"}]
-    binary += position + index
-    binary += b"\0" * (-len(binary) % 4)
-    level["buffers"][0]["byteLength"] = len(binary)
-    level["materials"].append({"pbrMetallicRoughness": {"baseColorFactor": [*albedo, 1], "metallicFactor": 0}})
-    level["meshes"].append({"primitives": [{"attributes": {"POSITION": len(accessors) - 2}, "indices": len(accessors) - 1,
-                                            "material": len(level["materials"]) - 1}]})
-    level["nodes"].append({"name": name, "mesh": len(level["meshes"]) - 1})
-    level["scenes"][level.get("scene", 0)]["nodes"].append(len(level["nodes"]) - 1)
-    write(target, level, struct.pack("<I4s", len(binary), b"BIN\0") + binary)
-
-
-def write(target, level, rest):
-    text = json.dumps(level).encode()
-    text += b" " * (-len(text) % 4)
-    target.write_bytes(struct.pack("<4sIIII", b"glTF", 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A) + text + rest)
+    triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
+    glb.write(target, level, glb.add_mesh(level, binary, corners, triangles, albedo, name=name))
 
 
 def source_of(level, folder):

@@ -7,12 +7,11 @@ the light that is reflected at least once, traced with both. A figure of docs/no
 
 Of levels without textures of metalness. FOLDER is for files.
 """
-import json
 import pathlib
-import struct
 import subprocess
 import sys
 
+import glb
 import numpy
 
 import pictures
@@ -22,9 +21,7 @@ RELUME = pathlib.Path(__file__).resolve().parents[2] / "build/release/tools/cli/
 
 def darken_metals(source, target):
     """The level with glTF's diffuse albedo as base colour; returns its metals."""
-    data = pathlib.Path(source).read_bytes()
-    size, = struct.unpack_from("<I", data, 12)
-    gltf, metals = json.loads(data[20:20 + size]), []
+    (gltf, binary), metals = glb.read(source), []
     for material in gltf["materials"]:
         rough = material.setdefault("pbrMetallicRoughness", {})
         if "metallicRoughnessTexture" in rough:
@@ -34,10 +31,7 @@ def darken_metals(source, target):
             metals.append(f"{material.get('name')} {metalness:g}")
         color = rough.get("baseColorFactor", [1.0, 1.0, 1.0, 1.0])
         rough["baseColorFactor"] = [c * (1 - metalness) for c in color[:3]] + color[3:]
-    text = json.dumps(gltf, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % 4)
-    rest = data[20 + size:]
-    target.write_bytes(struct.pack("<IIIII", 0x46546C67, 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A) + text + rest)
+    glb.write(target, gltf, binary)
     return metals
 
 

@@ -15,10 +15,10 @@ import json
 import math
 import os
 import pathlib
-import struct
 import subprocess
 import sys
 
+import glb
 import numpy
 import pictures
 
@@ -47,9 +47,7 @@ def run(*words):
 
 def add_ball(source, target, centre, radius, albedo):
     """A copy of a .glb with a dynamic sphere of 32 x 16 quads."""
-    data = source.read_bytes()
-    size, = struct.unpack_from("<I", data, 12)
-    level, binary = json.loads(data[20:20 + size]), data[28 + size:]
+    level, binary = glb.read(source)
     around, up = 32, 16
     points, triangles = [], []
     for j in range(up + 1):
@@ -60,28 +58,8 @@ def add_ball(source, target, centre, radius, albedo):
         for i in range(around):
             k = j * (around + 1) + i
             triangles += [(k, k + 1, k + around + 1), (k + 1, k + around + 2, k + around + 1)]
-    position = b"".join(struct.pack("<3f", *p) for p in points)
-    index = b"".join(struct.pack("<3H", *t) for t in triangles)
-    binary += b"\0" * (-len(binary) % 4)
-    views, accessors = level["bufferViews"], level["accessors"]
-    views += [{"buffer": 0, "byteOffset": len(binary), "byteLength": len(position)},
-              {"buffer": 0, "byteOffset": len(binary) + len(position), "byteLength": len(index)}]
-    accessors += [{"bufferView": len(views) - 2, "componentType": 5126, "count": len(points), "type": "VEC3",
-                   "min": [-radius] * 3, "max": [radius] * 3},
-                  {"bufferView": len(views) - 1, "componentType": 5123, "count": 3 * len(triangles), "type": "SCALAR"}]
-    binary += position + index
-    binary += b"\0" * (-len(binary) % 4)
-    level["buffers"][0]["byteLength"] = len(binary)
-    level["materials"].append({"pbrMetallicRoughness": {"baseColorFactor": [*albedo, 1], "metallicFactor": 0}})
-    level["meshes"].append({"primitives": [{"attributes": {"POSITION": len(accessors) - 2}, "indices": len(accessors) - 1,
-                                            "material": len(level["materials"]) - 1}]})
-    level["nodes"].append({"name": "ball", "mesh": len(level["meshes"]) - 1, "translation": list(centre),
-                           "extras": {"relume": {"bake": "dynamic"}}})
-    level["scenes"][level.get("scene", 0)]["nodes"].append(len(level["nodes"]) - 1)
-    text = json.dumps(level).encode()
-    text += b" " * (-len(text) % 4)
-    target.write_bytes(struct.pack("<4sIII4s", b"glTF", 2, 28 + len(text) + len(binary), len(text), b"JSON") + text +
-                       struct.pack("<I4s", len(binary), b"BIN\0") + binary)
+    glb.write(target, level, glb.add_mesh(level, binary, points, triangles, albedo, name="ball", translation=list(centre),
+                                          extras={"relume": {"bake": "dynamic"}}))
 
 
 def render(level, bake, view, lights, out, dynamic):
