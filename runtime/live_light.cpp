@@ -78,7 +78,7 @@ Result<LiveLight> LiveLight::create(const VoxelGeometry& geometry, const LiveLig
     if (!volumes) return volumes.error();
     return LiveLight(std::unique_ptr<State, Destroy>(new State{std::move(*volumes), std::move(backend)}));
   } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::memory, "live light: memory ran out; fewer cells take less"};
+    return noMemoryForLiveLight();
   }
 }
 

@@ -23,10 +23,6 @@ namespace {
 constexpr std::uint32_t kBasis = 9, kCoefficients = 3 * kBasis;  // of three bands; of a cell
 constexpr std::uint32_t kCellsAtOnce = 16, kSidesAtOnce = 512;   // of a chunk
 
-Error noMemoryForCaches() {
-  return {ErrorCode::memory, "live light: memory ran out; fewer cells or cascades take less"};
-}
-
 // Basis functions of a frame's rays, which are the same for all cells. [kBasis each, times 4 pi / rays]
 std::vector<float> basisOf(const std::vector<glm::vec3>& direction) {
   std::vector<float> basis(kBasis * direction.size());
@@ -192,7 +188,7 @@ Status LiveCaches::gather(const VoxelVolume& volume, const LiveFrame& frame, std
       }
     });
   } catch (const std::bad_alloc&) {
-    return noMemoryForCaches();
+    return noMemoryForLiveLight();
   }
   gatherMs_ = watch.lap();
   return done();
@@ -212,7 +208,7 @@ Status LiveCaches::reflect(VoxelVolume& volume, const LiveFrame& frame, const Li
     }
     bounceMs_ = watch.lap();
   } catch (const std::bad_alloc&) {
-    return noMemoryForCaches();
+    return noMemoryForLiveLight();
   }
   return done();
 }

@@ -55,4 +55,8 @@ LiveRays liveRays(std::uint32_t count, const LiveFrame& frame) {
   return rays;
 }
 
+Error noMemoryForLiveLight() {
+  return {ErrorCode::memory, "live light: memory ran out; fewer cells or cascades take less"};
+}
+
 }  // namespace relume

@@ -21,6 +21,7 @@ Status checkLiveOptions(const LiveOptions& options);
 // usage: a number of the frame that is not finite or out of its range, a map of another size.
 Status checkLiveFrame(const LiveFrame& frame);
 Status checkLiveSky(const LiveSky& sky);
+Error noMemoryForLiveLight();
 
 // A frame's rays, the same for all cells.
 struct LiveRays {

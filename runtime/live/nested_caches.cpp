@@ -68,7 +68,7 @@ Status NestedCaches::update(NestedVolumes& volumes, const LiveFrame& frame) {
     while (caches_.size() < volumes.size()) caches_.push_back(caches_.front().withoutLight());
     if (volumes.outermost().grid().roams) sky = skySum(liveRays(kSkyRays, frame));
   } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::memory, "live light: memory ran out; fewer cells or cascades take less"};
+    return noMemoryForLiveLight();
   }
   while (caches_.size() > volumes.size()) caches_.pop_back();
   for (std::size_t level = 0; level < caches_.size(); ++level) {

@@ -27,8 +27,6 @@ using gl::GrowingBuffer, gl::GrowingRows;
 constexpr std::uint32_t kTexels = 7, kBasis = 9;  // of a cache; of a channel
 constexpr int kParallelLanes = 32;
 
-Error noMemoryForLight() { return {ErrorCode::memory, "live light: memory ran out; fewer cells take less"}; }
-
 std::uint32_t rowsOf(std::size_t items, std::uint32_t aRow) {
   return static_cast<std::uint32_t>((items + aRow - 1) / aRow);
 }
@@ -252,7 +250,7 @@ Status LiveCachesGl::lightDirectly(const VoxelVolume& volume, const LightSetup& 
     if (Status ok = s.follow(volume); !ok) return ok;
     s.sides.lightDirectly(setup.lights);
   } catch (const std::bad_alloc&) {
-    return noMemoryForLight();
+    return noMemoryForLiveLight();
   }
   return done();
 }
@@ -264,7 +262,7 @@ Status LiveCachesGl::copyDirect(const VoxelVolume& volume) {
     if (Status ok = s.follow(volume); !ok) return ok;
     s.sides.copyDirect(volume);
   } catch (const std::bad_alloc&) {
-    return noMemoryForLight();
+    return noMemoryForLiveLight();
   }
   return done();
 }
@@ -287,7 +285,7 @@ Status LiveCachesGl::update(const VoxelVolume& volume, const LiveFrame& frame) {
     s.timer.endFrame();
     s.isReadBack = false;
   } catch (const std::bad_alloc&) {
-    return noMemoryForLight();
+    return noMemoryForLiveLight();
   }
   return done();
 }

@@ -26,7 +26,6 @@ std::uint64_t newVersion() {
 }
 
 Error changeError(const std::string& what) { return {ErrorCode::usage, "voxels: " + what}; }
-Error noMemoryToChange() { return {ErrorCode::memory, "voxels: memory ran out; fewer cells take less"}; }
 
 }  // namespace
 
@@ -197,7 +196,7 @@ Result<VoxelVolume::Change> VoxelVolume::findMove(std::span<const glm::mat4x3> t
     if (change) change->ms_ = watch.lap();
     return change;
   } catch (const std::bad_alloc&) {
-    return noMemoryToChange();
+    return noMemoryForVoxels();
   }
 }
 
@@ -220,7 +219,7 @@ Result<VoxelVolume::Change> VoxelVolume::findEdit(std::span<const PartEdit> edit
     if (change) change->ms_ = watch.lap();
     return change;
   } catch (const std::bad_alloc&) {
-    return noMemoryToChange();
+    return noMemoryForVoxels();
   }
 }
 
@@ -275,7 +274,7 @@ Result<VoxelVolume::Change> VoxelVolume::findShift(const glm::ivec3& shift) cons
     change.ms_ = watch.lap();
     return change;
   } catch (const std::bad_alloc&) {
-    return noMemoryToChange();
+    return noMemoryForVoxels();
   }
 }
 

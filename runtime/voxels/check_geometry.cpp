@@ -78,4 +78,6 @@ Status checkGeometry(const VoxelGeometry& geometry) {
   return done();
 }
 
+Error noMemoryForVoxels() { return {ErrorCode::memory, "voxels: memory ran out; fewer cells or cascades take less"}; }
+
 }  // namespace relume

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What of a level that is handed over cannot be voxelised.
+// What of a level that is handed over cannot be voxelised, and what ends for want of memory.
 #pragma once
 
 #include "relume/result.h"
@@ -14,5 +14,7 @@ namespace relume {
 Status checkGeometry(const VoxelGeometry& geometry);
 // The same of one transform.
 Status checkTransform(const glm::mat4x3& toWorld, std::size_t part);
+// Of volumes and what is in them.
+Error noMemoryForVoxels();
 
 }  // namespace relume

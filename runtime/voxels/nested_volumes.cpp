@@ -3,6 +3,7 @@
 #include "runtime/voxels/nested_volumes.h"
 
 #include "formats/limits.h"
+#include "runtime/voxels/check_geometry.h"
 #include "runtime/voxels/radiance_along.h"
 
 #include <glm/common.hpp>
@@ -15,8 +16,6 @@ namespace relume {
 namespace {
 
 Error nestedError(const std::string& what) { return {ErrorCode::usage, "voxels: " + what}; }
-
-Error noMemoryForNested() { return {ErrorCode::memory, "voxels: memory ran out; fewer cells or cascades take less"}; }
 
 Status checkEye(const glm::vec3& eyeWorld) {
   if (isWithin(eyeWorld, kMaxCoordinate)) return done();
@@ -87,7 +86,7 @@ Result<NestedVolumes> NestedVolumes::create(const VoxelGeometry& geometry, const
     }
     return nested;
   } catch (const std::bad_alloc&) {
-    return noMemoryForNested();
+    return noMemoryForVoxels();
   }
 }
 
@@ -111,7 +110,7 @@ Status changeAll(std::vector<VoxelVolume>& volumes, double& ms, const Find& find
     }
     return done();
   } catch (const std::bad_alloc&) {
-    return noMemoryForNested();
+    return noMemoryForVoxels();
   }
 }
 
@@ -139,7 +138,7 @@ Status NestedVolumes::lightChanged(const LightSetup& setup) {
   try {
     isLit_.resize(volumes_.size(), 0);
   } catch (const std::bad_alloc&) {
-    return noMemoryForNested();
+    return noMemoryForVoxels();
   }
   directMs_ = 0.0;
   for (std::size_t level = 0; level < volumes_.size(); ++level) {
@@ -178,7 +177,7 @@ Result<bool> NestedVolumes::centre(const glm::vec3& eyeWorld) {
     }
     return !changes.empty();
   } catch (const std::bad_alloc&) {
-    return noMemoryForNested();
+    return noMemoryForVoxels();
   }
 }
 

@@ -27,7 +27,6 @@ constexpr std::uint32_t kSides = 64;  // 4 x 64 places: as many as VisibilityBat
 constexpr float kLift = 0.05f;        // [voxel] of places off their surface, which is rounded
 
 Error voxelsError(const std::string& what) { return {ErrorCode::usage, "voxels: " + what}; }
-Error noMemoryForVoxels() { return {ErrorCode::memory, "voxels: memory ran out; fewer cells take less"}; }
 
 glm::vec3 placed(const glm::mat4x3& toWorld, const glm::vec3& p) {
   return toWorld[0] * p.x + toWorld[1] * p.y + toWorld[2] * p.z + toWorld[3];

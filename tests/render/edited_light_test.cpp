@@ -3,8 +3,8 @@
 // of the level as it is.
 #include "bake/reference/path_tracer.h"
 #include "relume/bake/bake.h"
-#include "tests/rays/make_scene.h"
 #include "tests/render/pictures.h"
+#include "tests/render/walled_room.h"
 #include "tools/compare/find_edits.h"
 #include "tools/compare/staleness.h"
 #ifdef RELUME_RENDER_GL
@@ -20,30 +20,20 @@
 namespace relume {
 namespace {
 
-using test::addInstance;
-using test::addMaterial;
-using test::box;
-using test::finish;
+using test::kWall;
 
-constexpr std::uint32_t kWall = 1;
-
-// Two rooms with a wall between them, a lamp in the left one.
+// Two rooms with a wall between them, a lamp in the left one, a box in the right one.
 Scene twoRooms() {
   Scene scene;
-  const std::uint32_t grey = addMaterial(scene, glm::vec3(0.6f)), red = addMaterial(scene, {0.7f, 0.2f, 0.1f});
-  addInstance(scene, box({-4, 0, -2}, {4, 4, 2}, true, grey));
-  addInstance(scene, box({-0.3f, 0, -2}, {0.3f, 4, 2}, false, red));
-  addInstance(scene, box({2.2f, 0, -0.4f}, {2.9f, 0.8f, 0.4f}, false, grey));
+  const std::uint32_t grey = test::addWalledRoom(scene);
+  test::addInstance(scene, test::box({2.2f, 0, -0.4f}, {2.9f, 0.8f, 0.4f}, false, grey));
   for (std::size_t i = 0; i < scene.meshes.size(); ++i) scene.meshes[i].name = "box" + std::to_string(i);
   for (const float x : {-3.6f, 3.6f}) {
     scene.cameras.push_back(test::lookAt({x, 2.0f, 1.7f}, {0.3f * x, 1.2f, -1.5f}));
     scene.cameras.back().name = x < 0 ? "left" : "right";
   }
-  SceneLight lamp;
-  lamp.positionWorld = {-2.0f, 3.0f, 0.3f};
-  lamp.intensity = glm::vec3(20.0f);
-  scene.lights = {lamp};
-  finish(scene);
+  scene.lights = {test::lampOfWalledRoom()};
+  test::finish(scene);
   return scene;
 }
 

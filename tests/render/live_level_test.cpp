@@ -2,7 +2,7 @@
 // Light without a bake while the level changes: held against path tracing of the level as it is by then.
 #include "tools/render/live_level.h"
 #include "bake/reference/path_tracer.h"
-#include "tests/rays/make_scene.h"
+#include "tests/render/walled_room.h"
 #include "tools/render/move_nodes.h"
 #include "tools/render/render_frame.h"
 
@@ -17,12 +17,9 @@
 namespace relume {
 namespace {
 
-using test::addInstance;
-using test::addMaterial;
-using test::box;
-using test::finish;
+using test::kWall;
 
-constexpr std::uint32_t kWall = 1, kBall = 2;
+constexpr std::uint32_t kBall = 2;
 
 // A room of 8 x 4 x 4 m, a wall across it at x = 0, and a dynamic box in the lamp's half.
 struct Rooms {
@@ -30,19 +27,12 @@ struct Rooms {
   Context context;
 
   Rooms() {
-    const std::uint32_t grey = addMaterial(scene, glm::vec3(0.6f)), red = addMaterial(scene, {0.7f, 0.2f, 0.1f});
-    addInstance(scene, box({-4, 0, -2}, {4, 4, 2}, true, grey));
-    addInstance(scene, box({-0.3f, 0, -2}, {0.3f, 4, 2}, false, red));
-    addInstance(scene, box({-3.4f, 0.2f, -1.4f}, {-3.0f, 0.6f, -1.0f}, false, grey));
+    const std::uint32_t grey = test::addWalledRoom(scene);
+    test::addInstance(scene, test::box({-3.4f, 0.2f, -1.4f}, {-3.0f, 0.6f, -1.0f}, false, grey));
     scene.instances[kBall].mode = BakeMode::dynamic;
-    finish(scene);
+    test::finish(scene);
   }
-  static std::vector<SceneLight> lamps() {
-    SceneLight lamp;
-    lamp.positionWorld = {-2.0f, 3.0f, 0.3f};
-    lamp.intensity = glm::vec3(20.0f);
-    return {lamp};
-  }
+  static std::vector<SceneLight> lamps() { return {test::lampOfWalledRoom()}; }
   LiveScene lit() const {
     LiveScene frame;
     for (const SceneLight& lamp : lamps()) frame.lights.push_back(toRuntimeLight(lamp));

@@ -3,6 +3,7 @@
 // and no memory is leaked or taken in a frame.
 #include "relume/gpu_passes.h"
 
+#include "runtime/passes/pack_textures.h"
 #include "tests/runtime/ball.h"
 #include "tests/runtime/driven_bake.h"
 #include "tests/runtime/some_lights.h"
@@ -10,6 +11,7 @@
 #include "tests/runtime/tracking_memory.h"
 
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <limits>
@@ -59,6 +61,30 @@ std::string messageOf(const Result<GpuPasses>& refused, ErrorCode code) {
 }
 
 bool has(const std::string& text, const std::string& words) { return text.find(words) != std::string::npos; }
+
+TEST(GpuPasses, normalsKeepTheirLength) {
+  Caches caches;
+  std::vector<glm::vec3> normals{{0, 0, 0}, {0, -1, 0}};
+  for (int i = 0; i < 20000; ++i) {
+    const float z = -1.0f + 2.0f * (static_cast<float>(i) + 0.5f) / 20000.0f, turn = 2.3999632f * static_cast<float>(i);
+    const float r = std::sqrt(1.0f - z * z);
+    normals.emplace_back(r * std::cos(turn), r * std::sin(turn), z);
+  }
+  std::vector<std::uint32_t> texels(normals.size());
+  for (std::size_t i = 0; i < texels.size(); ++i) texels[i] = static_cast<std::uint32_t>(i);
+  caches.normal = normals;
+  caches.positionWorld = std::vector<glm::vec3>(normals.size());
+  caches.lightmap.width = static_cast<std::uint32_t>(texels.size());
+  caches.lightmap.height = 1;
+  caches.lightmap.cache = texels;
+  const auto packed = gpu::packNormals(caches, std::pmr::new_delete_resource());
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    const glm::vec3 n = glm::vec3(packed[4 * i], packed[4 * i + 1], packed[4 * i + 2]) / 127.0f;
+    ASSERT_NEAR(glm::length(n), glm::length(normals[i]), 0.0035f) << i;
+    ASSERT_LT(glm::distance(n, normals[i]), 0.015f) << i;
+    ASSERT_EQ(packed[4 * i + 3], 127);
+  }
+}
 
 TEST(GpuPasses, bindingsStayInsideTheirResourcesAndTheDevicesLimits) {
   for (const LinkKind kind : kLinkKinds) {
