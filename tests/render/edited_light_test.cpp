@@ -20,20 +20,23 @@
 namespace relume {
 namespace {
 
+using test::addInstance;
+using test::box;
+using test::finish;
 using test::kWall;
 
 // Two rooms with a wall between them, a lamp in the left one, a box in the right one.
 Scene twoRooms() {
   Scene scene;
   const std::uint32_t grey = test::addWalledRoom(scene);
-  test::addInstance(scene, test::box({2.2f, 0, -0.4f}, {2.9f, 0.8f, 0.4f}, false, grey));
+  addInstance(scene, box({2.2f, 0, -0.4f}, {2.9f, 0.8f, 0.4f}, false, grey));
   for (std::size_t i = 0; i < scene.meshes.size(); ++i) scene.meshes[i].name = "box" + std::to_string(i);
   for (const float x : {-3.6f, 3.6f}) {
     scene.cameras.push_back(test::lookAt({x, 2.0f, 1.7f}, {0.3f * x, 1.2f, -1.5f}));
     scene.cameras.back().name = x < 0 ? "left" : "right";
   }
   scene.lights = {test::lampOfWalledRoom()};
-  test::finish(scene);
+  finish(scene);
   return scene;
 }
 
