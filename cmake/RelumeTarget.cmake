@@ -166,8 +166,15 @@ endfunction()
 # NUMBERS: it measures at length what code gives that other tests walk as well; target relume_numbers builds it, and the
 # sanitizers see it in long runs alone (label `numbers`). LENGTHY: cases of which the same is true; they are test
 # <name>_at_length. LONG: the release suite sees those numbers in long runs alone as well (label `long`).
+# UNSANITIZED: cases that are the release build's, and the sanitizers' in long runs alone: they take these long, and walk
+# what others do.
+# FAULTS: what becomes of bad input and of systems that fail. Where the sanitizers see it the release suite need not, but in
+# long runs (label `faults`).
 function(relume_test name)
-  cmake_parse_arguments(T "NUMBERS;LONG" "TIMEOUT" "SOURCES;LIBS;LENGTHY" ${ARGN})
+  cmake_parse_arguments(T "NUMBERS;LONG;FAULTS" "TIMEOUT" "SOURCES;LIBS;LENGTHY;UNSANITIZED" ${ARGN})
+  if(RELUME_SANITIZE)
+    list(APPEND T_LENGTHY ${T_UNSANITIZED})
+  endif()
   # A sanitizer of threads has nothing to find in programs of one thread.
   if(RELUME_SANITIZE STREQUAL "thread" AND NOT "Threads::Threads" IN_LIST T_LIBS)
     return()
@@ -201,6 +208,8 @@ function(relume_test name)
   endif()
   if(T_NUMBERS)
     set_tests_properties(${name} PROPERTIES LABELS "${labels}")
+  elseif(T_FAULTS)
+    set_tests_properties(${name} PROPERTIES LABELS faults)
   endif()
 endfunction()
 

@@ -24,8 +24,9 @@ done
 
 # Two tests more than there are processors: some wait for a screen, a page or a scheduler.
 at_once=$(($(nproc) + 2))
-# Tests that measure at length what others walk as well
+# Tests that measure at length what others walk as well; and those of bad input where the sanitizers see them
 without=(--label-exclude '^long$')
+if [ "$sanitizers" -eq 1 ]; then without=(--label-exclude '^(long|faults)$'); fi
 if [ "$long" -eq 1 ]; then without=(); fi
 step() { printf '== %s (%s s so far)\n' "$1" "$SECONDS"; }
 
