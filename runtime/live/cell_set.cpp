@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -107,8 +108,9 @@ glm::vec3 stepOut(const CellSet& cells, glm::vec3 place) {
 
 }  // namespace
 
-bool seesTheSame(const VolumeGrid& grid, const VolumeGrid& before, const glm::ivec3& cell, int reach) {
-  const glm::ivec3 by = grid.shift - before.shift;
+bool CellChanges::seesTheSame(const VolumeGrid& grid, const glm::ivec3& cell, int reach) const {
+  if (distance[grid.cellIndex(cell)] <= reach) return false;
+  // Rays end at faces of the grid, which have moved as well.
   for (int k = 0; k < 3; ++k) {
     if (by[k] == 0) continue;
     const int low = std::min(cell[k], cell[k] + by[k]) - reach, high = std::max(cell[k], cell[k] + by[k]) + reach;
@@ -119,14 +121,108 @@ bool seesTheSame(const VolumeGrid& grid, const VolumeGrid& before, const glm::iv
 
 namespace {
 
-// before: null = all caches' places are found.
-CellSet cellsOf(const VoxelVolume& volume, const CellSet* before) {
+// Numbers, in their order, in one.
+class Digest {
+ public:
+  void add(std::uint64_t value) {
+    sum_ = (sum_ ^ value) * 0x9E3779B97F4A7C15u;
+    sum_ ^= sum_ >> 29;
+  }
+  void add(const glm::vec3& v) {
+    add(std::uint64_t{std::bit_cast<std::uint32_t>(v.x)} << 32 | std::bit_cast<std::uint32_t>(v.y));
+    add(std::bit_cast<std::uint32_t>(v.z));
+  }
+  std::uint64_t sum() const { return sum_; }
+
+ private:
+  std::uint64_t sum_ = 0;
+};
+
+// Of each cell of a layer what tells where caches stand: voxels, and where their sides are and face.
+void addContent(const VoxelLayer& layer, const ParallelFor& parallelFor, std::span<std::uint64_t> content) {
+  forChunks(parallelFor, static_cast<std::uint32_t>(content.size()), 64 * kCellsOfChunk,
+            [&](std::uint32_t begin, std::uint32_t end) {
+              for (std::uint32_t c = begin; c < end; ++c) {
+                if (layer.bits[c] == 0) continue;
+                Digest digest;
+                digest.add(content[c]);
+                digest.add(layer.bits[c]);
+                const auto count = static_cast<std::uint32_t>(std::popcount(layer.bits[c]));
+                for (std::uint32_t v = layer.first[c]; v < std::min(layer.first[c] + count, layer.kept); ++v) {
+                  digest.add(layer.axis[v]);
+                  for (std::size_t s = 0; s < 2; ++s) {
+                    const VoxelSide& side = layer.side[2 * std::size_t{v} + s];
+                    digest.add(side.positionWorld);
+                    digest.add(side.normal);
+                    digest.add(side.area == 0.0f ? 0 : 1);
+                  }
+                }
+                content[c] = digest.sum();
+              }
+            });
+}
+
+// The least of each number and of its neighbours' along an axis, one more for each cell on the way.
+void spread(const VolumeGrid& grid, int axis, std::vector<std::uint8_t>& distance) {
+  const std::uint32_t stride = axis == 0 ? 1 : grid.cellIndex(axis == 1 ? glm::ivec3(0, 1, 0) : glm::ivec3(0, 0, 1));
+  const std::vector<std::uint8_t> from = distance;
+  for (std::uint32_t c = 0; c < from.size(); ++c) {
+    const int at = grid.cellAt(c)[axis], last = grid.cells[axis] - 1;
+    int least = from[c];
+    for (int d = 1; d < least; ++d) {
+      // Cells at a distance are reached by the farther of the ways along the axes.
+      const auto step = static_cast<std::uint32_t>(d) * stride;
+      if (at - d >= 0) least = std::min(least, std::max<int>(from[c - step], d));
+      if (at + d <= last) least = std::min(least, std::max<int>(from[c + step], d));
+    }
+    distance[c] = static_cast<std::uint8_t>(least);
+  }
+}
+
+// The grids share their cells.
+CellChanges changesSince(const CellSet& cells, const CellSet& before) {
+  const VolumeGrid& grid = cells.grid;
+  CellChanges changes;
+  changes.by = grid.shift - before.grid.shift;
+  constexpr std::uint8_t kFar = kStencilReach + 1;
+  changes.distance.assign(grid.cellCount(), kFar);
+  bool isAny = false;
+  for (std::uint32_t c = 0; c < changes.distance.size(); ++c) {
+    const glm::ivec3 was = grid.cellAt(c) + changes.by;
+    if (before.grid.holdsCell(was) && before.content[before.grid.cellIndex(was)] == cells.content[c]) continue;
+    changes.distance[c] = 0;
+    isAny = true;
+  }
+  for (int axis = 0; axis < 3 && isAny; ++axis) spread(grid, axis, changes.distance);
+  return changes;
+}
+
+// What a volume's layers are, cell by cell. before: null, or what was found of a volume whose cells it shares.
+CellSet contentOf(const VoxelVolume& volume, const CellSet* before) {
   CellSet cells;
   const VolumeGrid& grid = cells.grid = volume.grid();
-  const std::span<const std::uint64_t> bits = volume.bits();
-  cells.standing.assign(volume.standing().bits.begin(), volume.standing().bits.end());
+  cells.standingVersion = volume.standingVersion();
   cells.slot.assign(grid.cellCount(), kInactive);
-  copyPlanes(volume.standing(), grid, cells);
+  if (before != nullptr && before->standingVersion == cells.standingVersion) {
+    cells.standing = before->standing;
+    cells.plane = before->plane;
+    cells.first = before->first;
+    cells.standingContent = before->standingContent;
+  } else {
+    cells.standing.assign(volume.standing().bits.begin(), volume.standing().bits.end());
+    copyPlanes(volume.standing(), grid, cells);
+    cells.standingContent.assign(grid.cellCount(), 0);
+    addContent(volume.standing(), volume.parallelFor(), cells.standingContent);
+  }
+  cells.content = cells.standingContent;
+  addContent(volume.moving(), volume.parallelFor(), cells.content);
+  return cells;
+}
+
+// Caches and where they stand, but for those that stand where `before` has them.
+void placeCaches(const VoxelVolume& volume, const CellSet* before, const CellChanges& changes, CellSet& cells) {
+  const VolumeGrid& grid = cells.grid;
+  const std::span<const std::uint64_t> bits = volume.bits();
 
   // 1. Dilate what is occupied
   std::vector<std::uint8_t> isActive(grid.cellCount(), 0);
@@ -153,14 +249,13 @@ CellSet cellsOf(const VoxelVolume& volume, const CellSet* before) {
             [&](std::uint32_t begin, std::uint32_t end) {
               for (std::uint32_t i = begin; i < end; ++i) {
                 const glm::ivec3 cell = grid.cellAt(wanted[i]);
-                if (before == nullptr || !seesTheSame(grid, before->grid, cell, kPlaceReach)) {
+                if (before == nullptr || !changes.seesTheSame(grid, cell, kPlaceReach)) {
                   isFree[i] = placeCache(volume, wanted[i], order, position[i]) ? 1 : 0;
                   continue;
                 }
-                const glm::ivec3 by = grid.shift - before->grid.shift;
-                const std::uint32_t slot = before->slot[grid.cellIndex(cell + by)];
+                const std::uint32_t slot = before->slot[grid.cellIndex(cell + changes.by)];
                 isFree[i] = slot != kInactive ? 1 : 0;
-                if (slot != kInactive) position[i] = before->position[slot] - glm::vec3(kBrickSide * by);
+                if (slot != kInactive) position[i] = before->position[slot] - glm::vec3(kBrickSide * changes.by);
               }
             });
   for (std::size_t i = 0; i < wanted.size(); ++i) {
@@ -169,13 +264,27 @@ CellSet cellsOf(const VoxelVolume& volume, const CellSet* before) {
     cells.active.push_back(wanted[i]);
     cells.position.push_back(position[i]);
   }
-  return cells;
 }
 
 }  // namespace
 
-CellSet findCells(const VoxelVolume& volume) { return cellsOf(volume, nullptr); }
-CellSet findCells(const VoxelVolume& volume, const CellSet& before) { return cellsOf(volume, &before); }
+CellSet findCells(const VoxelVolume& volume) {
+  CellSet cells = contentOf(volume, nullptr);
+  placeCaches(volume, nullptr, {}, cells);
+  return cells;
+}
+
+ChangedCells findChangedCells(const VoxelVolume& volume, const CellSet& before) {
+  if (!before.grid.sharesCells(volume.grid()) || before.content.empty()) {
+    ChangedCells found{findCells(volume), {}};
+    found.changes.distance.assign(volume.grid().cellCount(), 0);
+    return found;
+  }
+  ChangedCells found{contentOf(volume, &before), {}};
+  found.changes = changesSince(found.cells, before);
+  placeCaches(volume, &before, found.changes, found.cells);
+  return found;
+}
 
 CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal) {
   CellStencil stencil;

@@ -22,19 +22,33 @@ struct CellSet {
   // The plane of each standing voxel: 127 times its unit normal, and its place along that. [1/64 voxel from the middle]
   std::vector<std::array<std::int8_t, 4>> plane;  // [Size voxels that are kept]
   std::vector<std::uint32_t> first;               // [Size cells] as VoxelLayer's
+  // What of each cell tells where caches stand and what they see, in one number; of what stands, and of all.
+  std::vector<std::uint64_t> standingContent, content;  // [Size cells]
+  std::uint64_t standingVersion = 0;                    // VoxelVolume::standingVersion()
 };
 
 // Deviation: CRC takes places anywhere in a cell. Here the cache stands in the free voxel from which its rays meet the
 // fewest backs of surfaces, of these the one nearest to the cell's middle: not behind the wall that the cell lights.
 CellSet findCells(const VoxelVolume& volume);
-// The same of a volume whose grid alone has moved since `before` was found: caches far from what has entered or left it
-// stand where they stood.
-CellSet findCells(const VoxelVolume& volume, const CellSet& before);
-
-// Whether what lies within so many cells of a cell is the same in two grids that share cells: [0..] the reach.
-bool seesTheSame(const VolumeGrid& grid, const VolumeGrid& before, const glm::ivec3& cell, int reach);
-inline constexpr int kPlaceReach = 4;    // cells whose bits tell where a cell's cache stands
+inline constexpr int kPlaceReach = 4;    // cells whose voxels tell where a cell's cache stands
 inline constexpr int kStencilReach = 6;  // and where those stand that a receiver in a cell reads
+
+// How far from each cell something is other than it was when `before` was found: that a volume's grid has moved, that
+// parts have, or were edited.
+struct CellChanges {
+  glm::ivec3 by{0};                    // cells from the grid before to the grid now
+  std::vector<std::uint8_t> distance;  // [Size cells] along the axis in which it is largest, kStencilReach + 1 at most
+
+  // Whether what lies within so many cells of a cell is the same. [reach: 0..kStencilReach]
+  bool seesTheSame(const VolumeGrid& grid, const glm::ivec3& cell, int reach) const;
+};
+
+// The same of a volume of which `before` was found: caches far from all that has changed stand where they stood.
+struct ChangedCells {
+  CellSet cells;
+  CellChanges changes;
+};
+ChangedCells findChangedCells(const VoxelVolume& volume, const CellSet& before);
 
 // Caches and weights, which sum to 1, or are 0 where there is no cache.
 struct CellStencil {

@@ -88,8 +88,8 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
   if (stood && volume.movingVersion() == movingVersion_) return;
   const bool isSame = cells_.grid.sharesCells(volume.grid());
   const glm::ivec3 by = volume.grid().shift - cells_.grid.shift;
-  const bool isShift = isSame && volume.contentVersion() == contentVersion_;
-  CellSet cells = isShift ? findCells(volume, cells_) : findCells(volume);
+  ChangedCells found = findChangedCells(volume, cells_);
+  CellSet& cells = found.cells;
   std::vector<float> coefficients(std::size_t{kCoefficients} * cells.active.size(), 0.0f),
       brightest(cells.active.size(), 0.0f);
   std::vector<std::uint8_t> isLit(cells.active.size(), 0);
@@ -112,12 +112,12 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
       if (slot != kInactive) copy(*around, slot, i);
     }
   }
-  // Caches have other numbers now, so that all stencils are found again, but for those of standing voxels far from what
-  // has entered or left a volume that has moved: they are counted anew.
+  // Caches have other numbers now. Stencils are found again, but for those of standing voxels far from what has
+  // changed: they are counted anew.
   const auto kept = [&](std::uint32_t s, CellStencil& stencil) {
     const glm::ivec3& voxel = volume.voxelOfSide(s);
     const glm::ivec3 cell = voxel >> 2;
-    if (!isShift || !seesTheSame(cells.grid, cells_.grid, cell, kStencilReach)) return false;
+    if (!found.changes.seesTheSame(cells.grid, cell, kStencilReach)) return false;
     const std::uint32_t old = cells_.grid.cellIndex(cell + by);
     const std::uint32_t number = cells_.first[old] + countBefore(cells_.standing[old], voxel);
     if (2 * std::size_t{number} + 1 >= standing_.size()) return false;
@@ -147,7 +147,6 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
   bounced_ = std::move(bounced);
   standingVersion_ = volume.standingVersion();
   movingVersion_ = volume.movingVersion();
-  contentVersion_ = volume.contentVersion();
 }
 
 // Irradiance of the caches at each side.
@@ -236,10 +235,11 @@ std::vector<PassTime> LiveCaches::passTimes() const {
 
 std::vector<std::pair<std::string, std::size_t>> LiveCaches::bufferSizes() const {
   const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
-  return {{"cells", bytes(cells_.active) + bytes(cells_.slot) + bytes(cells_.position) + bytes(cells_.standing) +
-                        bytes(cells_.plane) + bytes(cells_.first)},
-          {"cell light", bytes(coefficients_) + bytes(brightest_) + bytes(isLit_)},
-          {"side stencils", bytes(standing_) + bytes(moving_) + bytes(bounced_)}};
+  return {
+      {"cells", bytes(cells_.active) + bytes(cells_.slot) + bytes(cells_.position) + bytes(cells_.standing) +
+                    bytes(cells_.plane) + bytes(cells_.first) + bytes(cells_.standingContent) + bytes(cells_.content)},
+      {"cell light", bytes(coefficients_) + bytes(brightest_) + bytes(isLit_)},
+      {"side stencils", bytes(standing_) + bytes(moving_) + bytes(bounced_)}};
 }
 
 }  // namespace relume

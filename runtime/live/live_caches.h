@@ -85,7 +85,7 @@ class LiveCaches {
   std::vector<std::uint8_t> isLit_;  // [Size active] whether the cell has gathered before
   std::vector<CellStencil> standing_, moving_;  // of the voxels' sides
   std::vector<glm::vec3> bounced_;              // [W/m²] [Size sides]
-  std::uint64_t standingVersion_ = 0, movingVersion_ = 0, contentVersion_ = 0;
+  std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
   double cellsMs_ = 0.0, bounceMs_ = 0.0, gatherMs_ = 0.0;
 };
 

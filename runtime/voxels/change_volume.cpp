@@ -5,6 +5,7 @@
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/stopwatch.h"
 #include "runtime/voxels/check_geometry.h"
+#include "runtime/voxels/triangle_runs.h"
 
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
@@ -17,7 +18,7 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kSnapChunk = 4096;  // triangles
+constexpr std::uint32_t kSnapChunk = 64 * kTrianglesOfRun;
 
 // Of no other volume, so that what is kept of one is not taken for another's.
 std::uint64_t newVersion() {
@@ -51,8 +52,20 @@ Status VoxelVolume::snapParts(const VolumeGrid& grid, const std::vector<Part>& p
       Piece& piece = pieces[i];
       const Part& part = parts[piece.part];
       const Mesh& mesh = (*meshes_)[part.part.mesh];
-      piece.fits = snapTriangles(grid, box, {mesh.position, mesh.triangle, mesh.surface}, surfaces_, part.part.toWorld,
-                                 piece.begin, piece.end, piece.snapped, piece.counts);
+      const RunsOutside isOutside(grid, box, part.part.toWorld);
+      const auto snap = [&](std::uint32_t begin, std::uint32_t end) {
+        return begin == end || snapTriangles(grid, box, {mesh.position, mesh.triangle, mesh.surface}, surfaces_,
+                                             part.part.toWorld, begin, end, piece.snapped, piece.counts);
+      };
+      std::uint32_t begin = piece.begin;
+      for (std::uint32_t t = piece.begin; t < piece.end && piece.fits; t += kTrianglesOfRun) {
+        const TriangleRun& run = mesh.run[t / kTrianglesOfRun];
+        if (!isOutside(run)) continue;
+        piece.fits = snap(begin, t);
+        piece.counts.outside += run.there;
+        begin = std::min(t + kTrianglesOfRun, piece.end);
+      }
+      piece.fits = piece.fits && snap(begin, piece.end);
     }
   });
   std::size_t total = 0;

@@ -81,7 +81,8 @@ Result<VoxelVolume> VoxelVolume::create(const VoxelGeometry& geometry, const Vox
     for (const VoxelMesh& mesh : geometry.meshes) {
       meshes.push_back({{mesh.position.begin(), mesh.position.end()},
                         {mesh.triangle.begin(), mesh.triangle.end()},
-                        {mesh.surface.begin(), mesh.surface.end()}});
+                        {mesh.surface.begin(), mesh.surface.end()},
+                        findRuns(mesh, geometry.surfaces)});
     }
     volume.meshes_ = std::make_shared<const std::vector<Mesh>>(std::move(meshes));
     for (const VoxelPart& part : geometry.parts) volume.parts_.push_back({part, true});
@@ -231,7 +232,8 @@ std::vector<PassTime> VoxelVolume::passTimes() const {
 std::vector<std::pair<std::string, std::size_t>> VoxelVolume::bufferSizes() const {
   const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
   std::size_t geometry = bytes(surfaces_) + bytes(parts_);
-  for (const Mesh& mesh : *meshes_) geometry += bytes(mesh.position) + bytes(mesh.triangle) + bytes(mesh.surface);
+  for (const Mesh& mesh : *meshes_)
+    geometry += bytes(mesh.position) + bytes(mesh.triangle) + bytes(mesh.surface) + bytes(mesh.run);
   return {{"bricks",
            bytes(bits_) + bytes(standing_.bits) + bytes(standing_.first) + bytes(moving_.bits) + bytes(moving_.first)},
           {"voxel sides", bytes(standing_.axis) + bytes(standing_.side) + bytes(moving_.axis) + bytes(moving_.side)},

@@ -18,6 +18,7 @@
 #include "relume/result.h"
 #include "relume/voxel_geometry.h"
 #include "runtime/voxels/march.h"
+#include "runtime/voxels/triangle_runs.h"
 #include "runtime/voxels/voxel_grid.h"
 #include "runtime/voxels/voxel_layer.h"
 
@@ -149,6 +150,7 @@ class VoxelVolume {
     std::vector<glm::vec3> position;
     std::vector<glm::uvec3> triangle;
     std::vector<std::uint32_t> surface;
+    std::vector<TriangleRun> run;
   };
   struct Part {
     VoxelPart part;
