@@ -27,6 +27,7 @@
 #include <glm/mat4x3.hpp>
 #include <glm/vec3.hpp>
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -36,6 +37,13 @@
 #include <vector>
 
 namespace relume {
+
+// What the names in LiveGlResolve's GLSL begin with, and the texture units that it reads: each light has others where a
+// shader reads several. A bake's GlResolve has units 12 to 18, and names that begin with relume.
+struct LiveGlNames {
+  std::string prefix = "relumeLive";  // [1..64] a letter, then letters, digits and single underscores; not gl_
+  std::array<std::uint32_t, 3> textureUnits{12, 13, 14};  // different ones, below GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS
+};
 
 struct LiveLightOptions {
   BackendKind backend = BackendKind::cpu;
@@ -59,6 +67,7 @@ struct LiveLightOptions {
   // GL backend: as RelightOptions has both. The CPU backend asks the setup's visibility or visibilityBatch.
   std::string visibilityGlsl{};
   GetProcAddress getProcAddress{};
+  LiveGlNames glNames{};  // GL backend
 };
 
 struct LiveSky {
@@ -84,10 +93,10 @@ class LiveGlResolve {
   virtual ~LiveGlResolve() = default;
   // GLSL 4.30 to put into the host's shader after #version: defines vec3 relumeLiveIrradiance(vec3 positionWorld, vec3
   // n) [W/m²] and vec3 relumeLiveGlossy(vec3 positionWorld, vec3 n, vec3 r, float exponent), mean radiance in a
-  // cos^exponent lobe about r. Both read the caches around a place once for an invocation: call them for one place and
-  // normal.
+  // cos^exponent lobe about r, with LiveGlNames::prefix in place of relumeLive. Both read the caches around a place
+  // once for an invocation: call them for one place and normal. Texts of several lights may stand in one shader.
   virtual const std::string& glsl() const = 0;
-  // Before a draw with such a shader: its uniforms, and its textures, which stay bound to units 12 to 14.
+  // Before a draw with such a shader: its uniforms, and its textures, which stay bound to LiveGlNames::textureUnits.
   virtual void setUniforms(std::uint32_t program) const = 0;
   virtual void bind() const = 0;
   // GL program of direct light on the voxels, for the host's shadow uniforms.
@@ -98,8 +107,8 @@ class LiveLight {
  public:
   // usage: an option out of range, an index or a number of the geometry's out of its range (the message names surface,
   // mesh, triangle or part), a box that is not finite or inside out, more than 2^25 triangles once they are split into
-  // pieces of at most eight voxels, the GL backend without getProcAddress; unsupported: no OpenGL 4.3, several cascades
-  // or a box that follows the eye with the GL backend; failed: a shader did not compile; memory.
+  // pieces of at most eight voxels, the GL backend without getProcAddress, bad glNames; unsupported: no OpenGL 4.3,
+  // several cascades or a box that follows the eye with the GL backend; failed: a shader did not compile; memory.
   static Result<LiveLight> create(const VoxelGeometry& geometry, const LiveLightOptions& options);
   LiveLight(LiveLight&&) noexcept;
   LiveLight& operator=(LiveLight&&) noexcept;

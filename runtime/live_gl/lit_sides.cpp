@@ -151,15 +151,6 @@ std::vector<std::pair<std::string, std::size_t>> LitSides::bufferSizes() const {
           {"voxel light", direct_.bytes() + radiance_.bytes() + lights_.bytes()}};
 }
 
-void setVolume(const Functions& gl, GLuint program, const VolumeGrid& grid, bool hasLight) {
-  const glm::vec3& o = grid.originWorld;
-  const glm::uvec3 size(grid.cells);
-  gl.ProgramUniform1i(program, gl.GetUniformLocation(program, "relumeLiveVolumes"), hasLight ? 1 : 0);
-  gl.ProgramUniform3f(program, gl.GetUniformLocation(program, "relumeLiveOrigins"), o.x, o.y, o.z);
-  gl.ProgramUniform1f(program, gl.GetUniformLocation(program, "relumeLiveVoxels"), grid.voxel);
-  gl.ProgramUniform3ui(program, gl.GetUniformLocation(program, "relumeLiveSizes"), size.x, size.y, size.z);
-}
-
 void setGrid(const Functions& gl, GLuint program, const VolumeGrid& grid, float voxel) {
   const glm::vec3& o = grid.originWorld;
   const glm::uvec3 size(grid.cells);

@@ -74,8 +74,6 @@ class LitSides {
   FrameTimer<1> timer_;
 };
 
-// Uniforms of live_resolve.glsl for one volume; hasLight: false = none.
-void setVolume(const Functions& gl, GLuint program, const VolumeGrid& grid, bool hasLight);
 // Uniforms of lib/live_volume.glsl. voxel: [m], 0 = there is no light.
 void setGrid(const Functions& gl, GLuint program, const VolumeGrid& grid, float voxel);
 

@@ -8,7 +8,7 @@ namespace {
 
 class GlLiveBackend final : public LiveBackend, public LiveGlResolve {
  public:
-  GlLiveBackend(LiveCachesGl caches, std::string glsl) : caches_(std::move(caches)), glsl_(std::move(glsl)) {}
+  explicit GlLiveBackend(LiveCachesGl caches) : caches_(std::move(caches)) {}
 
   Status update(NestedVolumes& volumes, const LightSetup& setup, const LiveFrame& frame) override {
     const VoxelVolume& volume = volumes.outermost();  // there are no others
@@ -25,25 +25,22 @@ class GlLiveBackend final : public LiveBackend, public LiveGlResolve {
   std::vector<PassTime> passTimes(const NestedVolumes&) const override { return caches_.passTimes(); }
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const override { return caches_.bufferSizes(); }
 
-  const std::string& glsl() const override { return glsl_; }
+  const std::string& glsl() const override { return caches_.glsl(); }
   void setUniforms(std::uint32_t program) const override { caches_.setUniforms(program); }
   void bind() const override { caches_.bind(); }
   std::uint32_t directProgram() const override { return caches_.directProgram(); }
 
  private:
   LiveCachesGl caches_;
-  std::string glsl_;
 };
 
 }  // namespace
 
 Result<std::unique_ptr<LiveBackend>> makeLiveGlBackend(const LiveLightOptions& options) {
-  Result<LiveCachesGl> caches =
-      LiveCachesGl::create({{options.raysPerCell}, options.getProcAddress, options.visibilityGlsl, {}});
+  Result<LiveCachesGl> caches = LiveCachesGl::create(
+      {{options.raysPerCell}, options.getProcAddress, options.visibilityGlsl, {}, options.glNames});
   if (!caches) return caches.error();
-  Result<std::string> glsl = LiveCachesGl::glsl();
-  if (!glsl) return glsl.error();
-  return std::unique_ptr<LiveBackend>(std::make_unique<GlLiveBackend>(std::move(*caches), std::move(*glsl)));
+  return std::unique_ptr<LiveBackend>(std::make_unique<GlLiveBackend>(std::move(*caches)));
 }
 
 }  // namespace relume

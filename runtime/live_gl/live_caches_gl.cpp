@@ -11,6 +11,7 @@
 #include "runtime/live/live_caches.h"
 #include "runtime/live_gl/lit_sides.h"
 #include "runtime/live_gl/live_objects.h"
+#include "runtime/live_gl/live_resolve_gl.h"
 #include "runtime/shared/stopwatch.h"
 
 #include <glm/vec4.hpp>
@@ -34,8 +35,11 @@ std::uint32_t rowsOf(std::size_t items, std::uint32_t aRow) {
 }  // namespace
 
 struct LiveCachesGl::State {
-  State(const gl::Functions& functions, const LiveOptions& live, gpu::GroupThreads groups)
-      : gl_(functions), options(live), lanes(groups == gpu::GroupThreads::serial ? 1 : kParallelLanes) {}
+  State(const gl::Functions& functions, const LiveCachesGlOptions& chosen, gpu::GroupThreads groups)
+      : gl_(functions),
+        options(chosen.live),
+        names(chosen.names),
+        lanes(groups == gpu::GroupThreads::serial ? 1 : kParallelLanes) {}
 
   Status compile(const std::string& visibilityGlsl);
   Status follow(const VoxelVolume& volume);
@@ -57,6 +61,8 @@ struct LiveCachesGl::State {
 
   gl::Functions gl_;  // before all that deletes by it
   LiveOptions options;
+  LiveGlNames names;
+  std::string resolveGlsl;
   int lanes;
   gl::Program stencilProgram, reflectProgram, gatherProgram, carryProgram;
   CellSet cells;
@@ -228,9 +234,13 @@ Result<LiveCachesGl> LiveCachesGl::create(const LiveCachesGlOptions& options) {
   if (Status ok = checkLiveOptions(options.live); !ok) return ok.error();
   const Result<gl::Functions> functions = gl::loadFunctions(options.getProcAddress);
   if (!functions) return functions.error();
+  if (Status ok = checkLiveGlNames(*functions, options.names); !ok) return ok.error();
+  Result<std::string> resolveGlsl = liveResolveGlsl(options.names);
+  if (!resolveGlsl) return resolveGlsl.error();
   const gpu::GroupThreads groups = gl::groupThreadsOf(*functions, options.groups);
   const gl::SavedState saved(*functions);
-  auto state = std::make_unique<State>(*functions, options.live, groups);
+  auto state = std::make_unique<State>(*functions, options, groups);
+  state->resolveGlsl = std::move(*resolveGlsl);
   if (Status ok = state->compile(options.visibilityGlsl); !ok) return ok.error();
   return LiveCachesGl(std::move(state));
 }
@@ -306,18 +316,21 @@ BackendKind LiveCachesGl::fasterBackend(const GetProcAddress& getProcAddress) {
   return gl::groupThreadsOf(renderer) == gpu::GroupThreads::serial ? BackendKind::cpu : BackendKind::gl;
 }
 
-Result<std::string> LiveCachesGl::glsl() { return expandShader("live_resolve.glsl", {}); }
+const std::string& LiveCachesGl::glsl() const { return state_->resolveGlsl; }
 
 void LiveCachesGl::setUniforms(std::uint32_t program) const {
-  gl::setVolume(state_->gl_, program, state_->cells.grid, state_->follows);
+  const State& s = *state_;
+  const std::array<ResolvedVolume, 1> volume{{{s.cells.grid}}};
+  setResolvedVolumes(s.gl_, program, s.names.prefix, std::span(volume).first(s.follows ? 1 : 0));
 }
 
 void LiveCachesGl::bind() const {
-  if (!state_->follows) return;
-  state_->cellTexture.bind(RELUME_LIVE_UNIT_CELLS);
-  state_->planes.bind(RELUME_LIVE_UNIT_PLANES);
-  state_->light.bind(RELUME_LIVE_UNIT_LIGHT);
-  state_->gl_.ActiveTexture(GL_TEXTURE0);
+  const State& s = *state_;
+  if (!s.follows) return;
+  s.cellTexture.bind(s.names.textureUnits[0]);
+  s.planes.bind(s.names.textureUnits[1]);
+  s.light.bind(s.names.textureUnits[2]);
+  s.gl_.ActiveTexture(GL_TEXTURE0);
 }
 
 glm::vec3 LiveCachesGl::irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const {

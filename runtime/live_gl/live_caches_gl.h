@@ -13,6 +13,7 @@
 #pragma once
 
 #include "relume/lights.h"
+#include "relume/live_light.h"
 #include "relume/relighter.h"
 #include "relume/result.h"
 #include "runtime/live/cell_set.h"
@@ -40,11 +41,13 @@ struct LiveCachesGlOptions {
   // float relumeVisibility(uint light, vec3 positionWorld, vec3 normal), as RelightOptions has it; empty = no shadows.
   std::string visibilityGlsl;
   std::optional<gpu::GroupThreads> groups;  // what work groups are to suit; nothing = the driver
+  LiveGlNames names{};                      // of glsl()
 };
 
 class LiveCachesGl {
  public:
-  // Errors of checkLiveOptions(); usage: getProcAddress is empty; unsupported: no OpenGL 4.3; failed: a shader's log.
+  // Errors of checkLiveOptions() and checkLiveGlNames(); usage: getProcAddress is empty; unsupported: no OpenGL 4.3;
+  // failed: a shader's log.
   static Result<LiveCachesGl> create(const LiveCachesGlOptions& options);
   LiveCachesGl(LiveCachesGl&&) noexcept;
   LiveCachesGl& operator=(LiveCachesGl&&) noexcept;
@@ -65,9 +68,8 @@ class LiveCachesGl {
   std::uint32_t directProgram() const;
   // Which backend is faster where these functions draw: the CPU's where software does.
   static BackendKind fasterBackend(const GetProcAddress& getProcAddress);
-  // Text for a shader of the host's: relumeLiveIrradiance() and relumeLiveGlossy() (shaders/live_resolve.glsl).
-  // setUniforms() and bind(), which leaves its textures bound to units 12 to 14, go before a draw with it.
-  static Result<std::string> glsl();
+  // As LiveGlResolve has them.
+  const std::string& glsl() const;
   void setUniforms(std::uint32_t program) const;
   void bind() const;
 

@@ -193,11 +193,9 @@ TEST_F(LiveCachesOnGl, aShaderReadsTheLightAsTheCpuDoes) {
     const glm::vec3 p = glm::vec3(6, 3, 5) * glm::vec3(in(random), in(random), in(random)), n = unit(random);
     places.insert(places.end(), {p.x, p.y, p.z, n.x, n.y, n.z});
   }
-  const Result<std::string> glsl = LiveCachesGl::glsl();
-  ASSERT_TRUE(glsl);
   gl.bind();
   const std::vector<float> found = runCompute(
-      *glsl,
+      gl.glsl(),
       "  vec3 e = relumeLiveIrradiance(vec3(inData[6u * i], inData[6u * i + 1u], inData[6u * i + 2u]),\n"
       "                                vec3(inData[6u * i + 3u], inData[6u * i + 4u], inData[6u * i + 5u]));\n"
       "  outData[3u * i] = e.r;\n  outData[3u * i + 1u] = e.g;\n  outData[3u * i + 2u] = e.b;\n",

@@ -9,20 +9,21 @@
 namespace relume {
 namespace {
 
-constexpr LiveNames kBefore{"relumeBefore", {21, 22, 23}}, kAfter{"relumeAfter", {24, 25, 26}};
+LiveGlNames namesBefore() { return {"relumeBefore", {21, 22, 23}}; }
+LiveGlNames namesAfter() { return {"relumeAfter", {24, 25, 26}}; }
 
 }  // namespace
 
 Result<EditFields> EditFields::create() {
-  auto before = LiveField::create(kBefore);
+  auto before = LiveField::create(namesBefore());
   if (!before) return before.error();
-  auto after = LiveField::create(kAfter);
+  auto after = LiveField::create(namesAfter());
   if (!after) return after.error();
   return EditFields(std::move(*before), std::move(*after));
 }
 
 Result<std::string> EditFields::glsl() {
-  const Result<std::string> before = kBefore.glsl(), after = kAfter.glsl();
+  const Result<std::string> before = liveResolveGlsl(namesBefore()), after = liveResolveGlsl(namesAfter());
   if (!before) return before;
   if (!after) return after;
   return *before + *after + EditBlend::glsl();

@@ -2,7 +2,7 @@
 // See level_shader.h.
 #include "tools/gl_scene/level_shader.h"
 
-#include "runtime/live_gl/live_caches_gl.h"
+#include "runtime/live_gl/live_resolve_gl.h"
 #include "tools/gl_scene/edit_fields.h"
 #include "tools/gl_scene/gl_level.h"
 #include "tools/gl_scene/gl_program.h"
@@ -177,7 +177,7 @@ Result<GlProgram> makeDepthProgram() {
 }
 
 Result<GlProgram> makeLiveProgram(const std::string& mainGlsl) {
-  const Result<std::string> resolve = LiveCachesGl::glsl();
+  const Result<std::string> resolve = liveResolveGlsl({});
   if (!resolve) return resolve.error();
   return linkLevel(*resolve, kLiveLinks, mainGlsl);
 }

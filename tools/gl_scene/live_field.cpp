@@ -3,7 +3,6 @@
 #include "tools/gl_scene/live_field.h"
 
 #include "runtime/live/cell_texels.h"
-#include "runtime/live_gl/live_caches_gl.h"
 #include "shaders/shared/layout.h"
 
 #include <glm/gtc/type_ptr.hpp>
@@ -54,7 +53,7 @@ void addLight(const LiveCaches& light, LiveTexels& texels) {
 
 // Where the volume's layers are in the texture, which is as wide as the widest of all. Planes of voxels that were
 // dropped are nothing: who is in one stays there.
-void addCells(const CellSet& cells, const LiveTexels::Volume& volume, LiveTexels& texels) {
+void addCells(const CellSet& cells, const ResolvedVolume& volume, LiveTexels& texels) {
   const std::uint32_t caches = static_cast<std::uint32_t>(texels.light.size()),
                       planes = static_cast<std::uint32_t>(texels.plane.size());
   const std::vector<glm::uvec4> own = cellTexels(cells);
@@ -91,23 +90,7 @@ LiveTexels texelsOf(const NestedCaches& light) {
   return texels;
 }
 
-Result<std::string> LiveNames::glsl() const {
-  const Result<std::string> one = LiveCachesGl::glsl();
-  if (!one) return one;
-  std::string text = *one;
-  const auto replace = [&](const std::string& from, const std::string& to) {
-    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
-      text.replace(at, from.size(), to);
-  };
-  replace("kRelumeLive", std::string("k_") + prefix);
-  replace("relumeLive", prefix);
-  const std::array<const char*, 3> slots{"CELLS", "PLANES", "LIGHT"};
-  for (std::size_t k = 0; k < slots.size(); ++k)
-    replace(std::string("binding = RELUME_LIVE_UNIT_") + slots[k], "binding = " + std::to_string(units[k]));
-  return text;
-}
-
-Result<LiveField> LiveField::create(const LiveNames& names) {
+Result<LiveField> LiveField::create(const LiveGlNames& names) {
   GLint most = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
   if (most < 4096)
@@ -151,12 +134,10 @@ Status LiveField::upload(const LiveTexels& texels) {
 }
 
 void LiveField::setUniforms(GLuint program) const {
-  const auto location = [&](const char* name) {
-    return glGetUniformLocation(program, (std::string(names_.prefix) + name).c_str());
-  };
+  const auto location = [&](const char* name) { return glGetUniformLocation(program, (names_.prefix + name).c_str()); };
   glProgramUniform1i(program, location("Volumes"), static_cast<GLint>(volumes_.size()));
   for (std::size_t i = 0; i < volumes_.size(); ++i) {
-    const LiveTexels::Volume& volume = volumes_[i];
+    const ResolvedVolume& volume = volumes_[i];
     const auto element = [&](const char* name) { return location((name + ("[" + std::to_string(i) + "]")).c_str()); };
     const glm::vec3& origin = volume.grid.originWorld;
     const glm::uvec3 size(volume.grid.cells);
@@ -169,11 +150,11 @@ void LiveField::setUniforms(GLuint program) const {
 }
 
 void LiveField::bind() const {
-  glActiveTexture(GL_TEXTURE0 + names_.units[0]);
+  glActiveTexture(GL_TEXTURE0 + names_.textureUnits[0]);
   glBindTexture(GL_TEXTURE_3D, cells_.name());
-  glActiveTexture(GL_TEXTURE0 + names_.units[1]);
+  glActiveTexture(GL_TEXTURE0 + names_.textureUnits[1]);
   glBindTexture(GL_TEXTURE_2D, planes_.name());
-  glActiveTexture(GL_TEXTURE0 + names_.units[2]);
+  glActiveTexture(GL_TEXTURE0 + names_.textureUnits[2]);
   glBindTexture(GL_TEXTURE_2D, light_.name());
   glActiveTexture(GL_TEXTURE0);
 }

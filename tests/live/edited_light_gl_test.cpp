@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+// A shader of a game's that reads a bake and the live light before and after an edit, by names and texture units of the
+// game's choice: it finds what the CPU does.
+#include "relume/edit_blend.h"
+#include "relume/live_light.h"
+
+#include "tests/runtime/gl_test_support.h"
+#include "tests/runtime/some_lights.h"
+#include "tests/voxels/boxes.h"
+
+#include <epoxy/gl.h>
+#include <gtest/gtest.h>
+#include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
+
+#include <algorithm>
+#include <array>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace relume {
+namespace {
+
+using namespace test;
+
+class EditedLightOnGl : public GlTest {
+ protected:
+  static LiveLightOptions named(const std::string& prefix, const std::array<std::uint32_t, 3>& units) {
+    LiveLightOptions options;
+    options.backend = BackendKind::gl;
+    options.cells = 12;
+    options.getProcAddress = EglContext::getProcAddress;
+    options.glNames = {prefix, units};
+    return options;
+  }
+};
+
+TEST_F(EditedLightOnGl, isThatOfTheCpu) {
+  SyntheticOptions small;
+  small.surfels = 256;
+  const Bake bake = makeSyntheticBake(small);
+  const CacheGrid& grid = bake.caches.grid;
+  const glm::vec3 low = grid.originWorld, size = grid.spacing * glm::vec3(grid.resolution - 1u), high = low + size;
+  VoxelLevel level;
+  level.surfaces[0] = {glm::vec3(0.6f, 0.5f, 0.4f)};
+  level.addBox(low - 0.02f * size, high + 0.02f * size, true);
+  level.addBox(low + glm::vec3(0.3f, 0.0f, 0.0f) * size, low + glm::vec3(0.34f, 0.6f, 1.0f) * size, false);
+
+  const std::array<Light, 2> lights = lampAndSun();
+  LightSetup setup;
+  setup.lights = lights;
+  Relighter relighter = makeRelighter(bake, BackendKind::gl);
+  ASSERT_TRUE(relighter.relight(setup));
+  auto before = LiveLight::create(level.geometry(), named("relumeBefore", {19, 20, 21}));
+  auto after = LiveLight::create(level.geometry(), named("now_", {24, 22, 23}));
+  ASSERT_TRUE(before) << before.error().message;
+  ASSERT_TRUE(after) << after.error().message;
+  glm::mat4x3 moved(1.0f);
+  moved[3].x = 0.3f * size.x;
+  ASSERT_TRUE(after->edit(std::vector<PartEdit>{{1, moved, true}}));
+  for (std::uint32_t f = 0; f < 4; ++f) {
+    LiveFrame frame;
+    frame.raySet = f;
+    ASSERT_TRUE(before->update(setup, frame));
+    ASSERT_TRUE(after->update(setup, frame));
+  }
+  std::vector<EditBounds> boxes;
+  for (const float x : {0.3f, 0.6f})
+    boxes.push_back({low + glm::vec3(x, 0.0f, 0.0f) * size, low + glm::vec3(x + 0.04f, 0.6f, 1.0f) * size});
+  const float longest = std::max({size.x, size.y, size.z});
+  const auto blend =
+      EditBlend::create(boxes, {.voxel = longest / 48.0f, .reach = 0.1f * size.x, .fade = 0.1f * size.x});
+  ASSERT_TRUE(blend);
+
+  constexpr std::size_t kPlaces = 1000;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> in(0.02f, 0.98f);
+  std::vector<float> places;
+  for (std::size_t i = 0; i < kPlaces; ++i) {
+    const glm::vec3 p = low + glm::vec3(in(random), in(random), in(random)) * size, n = unit(random);
+    places.insert(places.end(), {p.x, p.y, p.z, n.x, n.y, n.z});
+  }
+  relighter.gl()->bind();
+  before->gl()->bind();
+  after->gl()->bind();
+  const std::vector<float> found =
+      runCompute(relighter.gl()->glsl() + before->gl()->glsl() + after->gl()->glsl() + EditBlend::glsl(),
+                 "  vec3 p = vec3(inData[6u * i], inData[6u * i + 1u], inData[6u * i + 2u]);\n"
+                 "  vec3 n = vec3(inData[6u * i + 3u], inData[6u * i + 4u], inData[6u * i + 5u]);\n"
+                 "  vec3 e = relumeIrradianceGrid(p, n);\n"
+                 "  vec2 share = relumeEditShare(p);\n"
+                 "  if (share.x > 0.0)\n"
+                 "    e = relumeBlendEdited(e, relumeBeforeIrradiance(p, n), now_Irradiance(p, n), share);\n"
+                 "  for (int k = 0; k < 3; ++k) outData[3u * i + uint(k)] = e[k];\n",
+                 places, kPlaces, 3 * kPlaces, [&](std::uint32_t program) {
+                   before->gl()->setUniforms(program);
+                   after->gl()->setUniforms(program);
+                   const std::span<const glm::vec4> uniforms = blend->boxes();
+                   glProgramUniform1i(program, glGetUniformLocation(program, "relumeEditBoxes"),
+                                      static_cast<int>(uniforms.size() / 2));
+                   glProgramUniform1f(program, glGetUniformLocation(program, "relumeEditVoxel"), blend->voxel());
+                   glProgramUniform4fv(program, glGetUniformLocation(program, "relumeEditBox"),
+                                       static_cast<GLsizei>(uniforms.size()), glm::value_ptr(uniforms[0]));
+                 });
+
+  std::size_t off = 0, untouched = 0, changed = 0;
+  for (std::size_t i = 0; i < kPlaces; ++i) {
+    const glm::vec3 p = glm::make_vec3(&places[6 * i]), n = glm::make_vec3(&places[6 * i + 3]);
+    const glm::vec3 baked = relighter.irradianceInGrid(p, n);
+    const EditShare share = blend->share(p);
+    const glm::vec3 expected = blendEdited(baked, before->irradiance(p, n), after->irradiance(p, n), share);
+    const bool isOff = glm::distance(glm::make_vec3(&found[3 * i]), expected) > 5e-3f * glm::length(expected) + 1e-4f;
+    off += isOff ? 1 : 0;
+    untouched += share.change == 0.0f ? 1 : 0;
+    changed += glm::distance(baked, expected) > 0.1f * glm::length(baked) ? 1 : 0;
+  }
+  EXPECT_LE(off, kPlaces / 200);  // a ray that grazes a voxel may pass on one and not on the other
+  EXPECT_GT(untouched, kPlaces / 10);
+  EXPECT_GT(changed, kPlaces / 10);
+}
+
+TEST_F(EditedLightOnGl, badNamesAndUnitsAreNamed) {
+  VoxelLevel level;
+  level.addBox({0, 0, 0}, {4, 4, 4}, true);
+  int most = 0;
+  glGetIntegerv(GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS, &most);
+  const auto last = static_cast<std::uint32_t>(most) - 1;
+  const auto refused = [&](const std::string& prefix, const std::array<std::uint32_t, 3>& units,
+                           const std::string& what) {
+    const auto light = LiveLight::create(level.geometry(), named(prefix, units));
+    ASSERT_FALSE(light) << prefix;
+    EXPECT_EQ(light.error().code, ErrorCode::usage);
+    EXPECT_NE(light.error().message.find(what), std::string::npos) << light.error().message;
+  };
+  for (const char* prefix : {"", "gl_Live", "2nd", "_before", "be-fore", "before__", "be fore", "lumière"})
+    refused(prefix, {0, 1, 2}, std::string("glNames.prefix is \"") + prefix);
+  refused(std::string(65, 'a'), {0, 1, 2}, "glNames.prefix");
+  refused("before", {3, 4, 3}, "unit 3 twice");
+  refused("before", {last + 1, 4, 5}, "unit " + std::to_string(most));
+  refused("before", {1, 2, 0xFFFFFFFFu}, "unit 4294967295");
+  EXPECT_TRUE(LiveLight::create(level.geometry(), named("relumeLiveOfMyOwn", {0, 1, last})));
+}
+
+}  // namespace
+}  // namespace relume
