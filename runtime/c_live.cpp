@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// relume.h over the C++ API: light without a bake.
+// relume_live.h over the C++ API: light without a bake.
 #include "relume/live_light.h"
 #include "runtime/c_setup.h"
 
@@ -81,6 +81,8 @@ relume_status relume_live_create(relume_context* context, const relume_live_desc
     if (read.cascades != 0) options.cascades = read.cascades;
     options.boxFollowsEye = read.box_follows_eye != 0;
     if (read.eye != nullptr) options.eyeWorld = vec3(read.eye);
+    if (read.gl_prefix != nullptr) options.glNames.prefix = read.gl_prefix;
+    if (read.gl_texture_units != nullptr) std::copy_n(read.gl_texture_units, 3, options.glNames.textureUnits.begin());
     options.parallelFor = parallelForOf(*context->host);
     if (read.visibility_glsl != nullptr) options.visibilityGlsl = read.visibility_glsl;
     if (read.get_proc_address != nullptr) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Relume's runtime for C (C89 and later) and for languages that call C: load a bake, light it every frame, read the
- * indirect light.
+ * indirect light; relume_live.h, which this includes, has light without a bake.
  *
  *   relume_context_desc describe = {sizeof describe, RELUME_API_VERSION};
  *   relume_context* context;      relume_context_create(&describe, &context);
@@ -66,7 +66,6 @@ typedef enum relume_light_kind { RELUME_DIRECTIONAL = 0, RELUME_POINT = 1, RELUM
 typedef struct relume_context relume_context;
 typedef struct relume_bake relume_bake;
 typedef struct relume_relighter relume_relighter;
-typedef struct relume_live relume_live;
 typedef struct relume_moving_shapes relume_moving_shapes;
 
 /* Runs task(task_data, 0) .. task(task_data, tasks - 1), in any order and on any threads, and returns when all are
@@ -414,110 +413,11 @@ RELUME_API unsigned int relume_gl_surfel_program(const relume_relighter* relight
 /* The same of the program that lights moving parts, whose uniforms are its own; 0 without moving_parts as well. */
 RELUME_API unsigned int relume_gl_moving_program(const relume_relighter* relighter);
 
-/* ---- Light without a bake: relume/live_light.h says what it is. Its own memory comes from the global operators new
- * and delete, whatever the context has. Threads: as a relighter's, with relume_live_update() in place of
- * relume_relight(). ---- */
-
-/* Of triangles. No struct_size here and in the next three: arrays of them are handed over. */
-typedef struct relume_live_surface {
-  float albedo[3];   /* [0..1] */
-  float emission[3]; /* [W/m^2/sr] [0..1e9] of the front, and of the back where double_sided */
-  float coverage;    /* [0..1] share of the triangle that is there: 1 but for leaves and fences */
-  int double_sided;  /* emits from its back as well; both sides of any triangle reflect */
-} relume_live_surface;
-
-typedef struct relume_live_mesh {
-  const float* positions; /* three floats each, in the axes of the part */
-  size_t position_count;
-  const unsigned int* triangles; /* three indices each; the front is counter-clockwise */
-  size_t triangle_count;
-  const unsigned int* surfaces; /* index of each triangle's surface */
-} relume_live_mesh;
-
-typedef struct relume_live_part {
-  unsigned int mesh;
-  float to_world[12]; /* the x, y and z axes, then the origin */
-  int moves;          /* placed anew by relume_live_move() */
-} relume_live_part;
-
-/* Where a standing part is from now on, and whether it is there at all. */
-typedef struct relume_live_edit {
-  unsigned int part;
-  float to_world[12];
-  int present;
-} relume_live_edit;
-
-typedef struct relume_live_desc {
-  size_t struct_size;
-  relume_backend backend;
-  const relume_live_surface* surfaces; /* what is handed over here is read by relume_live_create() alone */
-  size_t surface_count;
-  const relume_live_mesh* meshes;
-  size_t mesh_count;
-  const relume_live_part* parts;
-  size_t part_count;
-  float box_min[3], box_max[3]; /* [m] where light is wanted; equal = the bounds of the parts */
-  unsigned int cells;           /* [8..64] on the box's longest side; 0 = 32 */
-  unsigned int rays_per_cell;   /* [8..4096] a frame; 0 = 64 */
-  unsigned int surface_budget;  /* [voxels] that keep their sides; 0 = a quarter of the volume */
-  const char* visibility_glsl;  /* RELUME_BACKEND_GL: as relume_relighter_desc has it */
-  relume_get_proc_address get_proc_address;
-  void* get_proc_address_user;
-  unsigned int cascades; /* [1..4] volumes in one another, about the eye (LiveLightOptions::cascades); 0 = 1 */
-  int box_follows_eye;   /* the outermost moves as well */
-  const float* eye;      /* [3] [m] where what follows it is centred at first; NULL = the box's middle */
-} relume_live_desc;
-
-/* Errors of LiveLight::create(). The text is the context's. */
-RELUME_API relume_status relume_live_create(relume_context* context, const relume_live_desc* desc, relume_live** live);
-RELUME_API void relume_live_destroy(relume_live* live);
-RELUME_API const char* relume_live_error(const relume_live* live);
-
-/* Moving parts, all of them in their order: 12 floats each. */
-RELUME_API relume_status relume_live_move(relume_live* live, const float* to_world, size_t count);
-RELUME_API relume_status relume_live_edit_parts(relume_live* live, const relume_live_edit* edits, size_t count);
-/* The eye is here now [3] [m]: volumes follow it (LiveLight::centre()). `moved`: whether any has; may be NULL. */
-RELUME_API relume_status relume_live_centre(relume_live* live, const float* eye, int* moved);
-
-typedef struct relume_live_frame {
-  size_t struct_size;
-  float emission_scale[3]; /* [>= 0] factor on the surfaces' emission; default 1 */
-  float bounce_scale;      /* [0..1] share of last frame's light that surfaces reflect; default 1 */
-  float keep;              /* [0..1) share of last frame's light that stays: exp(-seconds / 0.15) hides noise */
-  float sky_radiance[3];   /* [W/m^2/sr] [0..1e9] from everywhere */
-  const float* sky_map;    /* in place of it: sky_side x sky_side colours (LiveSky::map); NULL = none */
-  unsigned int sky_side;
-  unsigned int ray_set; /* count the frames */
-  int freeze_voxels;    /* gather once more from surfaces as they are lit */
-} relume_live_frame;
-
-/* Zeros but for struct_size, emission_scale and bounce_scale. */
-RELUME_API void relume_live_frame_default(relume_live_frame* frame, size_t struct_size);
-
-/* One frame. Of `setup` lights and visibility count. frame: NULL = the defaults. */
-RELUME_API relume_status relume_live_update(relume_live* live, const relume_light_setup* setup,
-                                            const relume_live_frame* frame);
-RELUME_API relume_status relume_live_reset(relume_live* live);
-/* Irradiance [W/m^2] at `count` receivers with unit normals, three floats each. */
-RELUME_API relume_status relume_live_irradiance(const relume_live* live, size_t count, const float* positions,
-                                                const float* normals, float* irradiance);
-
-typedef struct relume_live_info {
-  size_t struct_size;
-  unsigned int voxels, dropped_voxels; /* dropped: of these, without sides: they are black */
-  unsigned int caches;                 /* as of the last frame */
-} relume_live_info;
-RELUME_API relume_status relume_live_get_info(const relume_live* live, relume_live_info* info);
-
-/* RELUME_BACKEND_GL: GLSL 4.30 for the host's shader (LiveGlResolve), NULL on the CPU; before a draw with it the
- * uniforms of that program, and textures, which stay bound; the program that lights the voxels directly, 0 on the CPU.
- */
-RELUME_API const char* relume_live_gl_glsl(const relume_live* live);
-RELUME_API relume_status relume_live_gl_bind(const relume_live* live, unsigned int program);
-RELUME_API unsigned int relume_live_gl_direct_program(const relume_live* live);
-
 #ifdef __cplusplus
 }
 #endif
+
+/* Light without a bake, and edits of a level with one. */
+#include "relume/relume_live.h"
 
 #endif

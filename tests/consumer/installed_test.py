@@ -148,6 +148,11 @@ def check_games(where, bake, expected):
     frames = [float(e) for e in re.findall(r'^frame +\d+: indirect (\S+)', said[0], re.M)]
     check(said[0] == said[1] and len(frames) == 6 and max(frames[:3]) < 1e-3 < 0.1 < frames[5], f'live light: {said}')
 
+    # A baked level that is being edited: what is lost scales the bake's light, what is gained is added.
+    said = [run(os.path.join(games, game), env=environment) for game in ('edits_runtime', 'edits_shared')]
+    blended = [float(e) for e in re.findall(r'\d+\.\d+', said[0])]
+    check(said[0] == said[1] and len(blended) == 3 and blended[0] < blended[1] == 1.0 < blended[2], f'edits: {said}')
+
     # In OpenGL, whose functions the game hands over.
     for game in glob.glob(games + '/gl_*'):
         done = subprocess.run([game, bake], env=environment, capture_output=True, text=True, check=False)

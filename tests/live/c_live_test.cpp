@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// relume_live_... of relume.h say and do what live_light.h does, and refuse what they should with a text.
+// relume_live_... of relume_live.h say and do what live_light.h does, and refuse what they should with a text.
 #include "relume/live_light.h"
-#include "relume/relume.h"
+#include "relume/relume_live.h"
 
 #include "tests/runtime/gl_test_support.h"
 #include "tests/voxels/boxes.h"
@@ -175,6 +175,40 @@ TEST_F(CLive, lightIsTheCppApis) {
     EXPECT_EQ(*std::max_element(found, found + 6), 0.0f);
     relume_live_destroy(live);
   }
+}
+
+// Two lights of names and units of their own, bound at once.
+TEST_F(CLive, namesAndTextureUnitsAreTheHosts) {
+  desc_.backend = RELUME_BACKEND_GL;
+  desc_.get_proc_address = [](void*, const char* name) -> relume_gl_proc { return EglContext::getProcAddress(name); };
+  const unsigned int units[2][3] = {{19, 20, 21}, {24, 23, 22}};
+  relume_live* lights[2] = {};
+  for (std::size_t i = 0; i < 2; ++i) {
+    desc_.gl_prefix = i == 0 ? "relumeBefore" : nullptr;
+    desc_.gl_texture_units = units[i];
+    ASSERT_EQ(relume_live_create(host_, &desc_, &lights[i]), RELUME_OK) << relume_context_error(host_);
+    ASSERT_EQ(relume_live_update(lights[i], &setup_, nullptr), RELUME_OK) << relume_live_error(lights[i]);
+    const std::string glsl = relume_live_gl_glsl(lights[i]);
+    EXPECT_EQ(glsl.find("vec3 relumeBeforeIrradiance(") != std::string::npos, i == 0);
+    EXPECT_EQ(glsl.find("relumeLive") == std::string::npos, i == 0);
+  }
+  const std::vector<float> found =
+      test::runCompute(std::string(relume_live_gl_glsl(lights[0])) + relume_live_gl_glsl(lights[1]),
+                       "vec3 p = vec3(inData[0], inData[1], inData[2]), n = vec3(0.0, 1.0, 0.0);\n"
+                       "outData[0] = relumeBeforeIrradiance(p, n).r; outData[1] = relumeLiveIrradiance(p, n).r;\n",
+                       {1, 0, 2}, 1, 2, [&](unsigned int program) {
+                         for (const relume_live* light : lights)
+                           ASSERT_EQ(relume_live_gl_bind(light, program), RELUME_OK);
+                       });
+  EXPECT_GT(found[0], 0.0f);
+  EXPECT_EQ(found[0], found[1]);
+  for (relume_live* light : lights) relume_live_destroy(light);
+  desc_.gl_prefix = "gl_Live";
+  expectRefused(relume_live_create(host_, &desc_, &lights[0]), "gl_Live");
+  const unsigned int twice[3] = {1, 2, 2};
+  desc_.gl_prefix = nullptr;
+  desc_.gl_texture_units = twice;
+  expectRefused(relume_live_create(host_, &desc_, &lights[0]), "unit 2 twice");
 }
 
 TEST_F(CLive, whatIsRefusedHasAText) {
