@@ -1,30 +1,46 @@
 // SPDX-License-Identifier: MIT
-// All caches gather what their rays meet in the volume: LiveCaches::gather(), which a test compares. Rays are the same
-// for all caches. RELUME_LANES threads share a cache.
+// All caches of a volume gather what their rays meet there: LiveCaches::gather(), which a test compares. Rays are the
+// same for all caches. RELUME_LANES threads share a cache. RELUME_LIVE_NESTED: rays that leave the volume go on in the
+// one that it lies in.
 #include "shared/layout.h"
 #include "lib/live_threads.glsl"
 #include "lib/live_volume.glsl"
 #define RELUME_SH_BANDS 3
 #include "lib/sh.glsl"
 
-layout(binding = RELUME_LIVE_UNIT_MOVING) uniform usampler3D relumeLiveMoving;    // bits in x and y; first number
+layout(binding = RELUME_LIVE_UNIT_MOVING) uniform usampler3D relumeLiveMovingCells;  // bits in x and y; first number
 layout(binding = RELUME_LIVE_UNIT_RAYS) uniform sampler2D relumeLiveRays;         // directions; the sky along them
 layout(binding = RELUME_LIVE_UNIT_RADIANCE) uniform sampler2D relumeLiveRadiance;  // of live_reflect.comp
 layout(rgba32f, binding = 0) uniform image2D lightImage;
 layout(std430, binding = RELUME_LIVE_SLOT_CACHES) readonly buffer Caches { uint cacheVoxel[]; };
 
 uniform uint relumeLiveRayCount;
-uniform uint relumeLiveMoves;  // 0 = nothing moves
-uniform uvec2 relumeLiveKept;  // voxels with sides: standing ones, and all
+uniform uint relumeLiveFirstCache;
 uniform float relumeLiveKeep;  // share of what a cache has that stays
+#ifdef RELUME_LIVE_NESTED
+// The volumes, from the outermost on, and which one's caches gather; what is below is of the one that a ray is in.
+uniform uint relumeLiveVolume;
+uniform uvec3 relumeLiveSizes[RELUME_LIVE_MAX_VOLUMES];
+uniform uint relumeLiveLayers[RELUME_LIVE_MAX_VOLUMES];
+uniform uint relumeLiveMoving[RELUME_LIVE_MAX_VOLUMES];
+uniform uvec2 relumeLiveEnds[RELUME_LIVE_MAX_VOLUMES];
+uniform vec3 relumeLiveToOuter[RELUME_LIVE_MAX_VOLUMES];  // [voxels of the outer one] where it begins there
+uint relumeLiveMoves;
+uvec2 relumeLiveEnd;
+#else
+uniform uint relumeLiveMoves;  // 0 = nothing moves
+uniform uvec2 relumeLiveEnd;   // numbers of voxels with sides: of those that stand, and of all
+#endif
 
 #if RELUME_LANES > 1
 shared vec4 part[RELUME_LIVE_GROUP * 7];
 #endif
 
+uvec4 movingCell(ivec3 cell) { return texelFetch(relumeLiveMovingCells, cell + ivec3(0, 0, relumeLiveLayer), 0); }
+
 uvec2 brickAt(ivec3 cell) {
-  uvec2 bits = texelFetch(relumeLiveCells, cell, 0).xy;
-  return relumeLiveMoves != 0u ? bits | texelFetch(relumeLiveMoving, cell, 0).xy : bits;
+  uvec2 bits = relumeLiveCell(cell).xy;
+  return relumeLiveMoves != 0u ? bits | movingCell(cell).xy : bits;
 }
 
 // Where the ray is along an axis when it leaves a brick along another at t: a guess, then as many crossings as come
@@ -89,16 +105,16 @@ ivec2 sideAt(uint side) {
 vec3 radianceOf(ivec3 v, vec3 way) {
   uint bit = relumeLiveBit(v), number = kRelumeLiveNone, end = 0u;
   if (relumeLiveMoves != 0u) {
-    uvec4 moving = texelFetch(relumeLiveMoving, v >> 2, 0);
+    uvec4 moving = movingCell(v >> 2);
     if (relumeLiveIsSet(moving.xy, bit)) {
       number = moving.z + relumeLiveCountBefore(moving.xy, bit);
-      end = relumeLiveKept.y;
+      end = relumeLiveEnd.y;
     }
   }
   if (number == kRelumeLiveNone) {
-    uvec4 standing = texelFetch(relumeLiveCells, v >> 2, 0);
+    uvec4 standing = relumeLiveCell(v >> 2);
     number = standing.z + relumeLiveCountBefore(standing.xy, bit);
-    end = relumeLiveKept.x;
+    end = relumeLiveEnd.x;
   }
   if (number >= end) return vec3(0.0);
   vec4 front = texelFetch(relumeLiveRadiance, sideAt(2u * number), 0);
@@ -107,8 +123,43 @@ vec3 radianceOf(ivec3 v, vec3 way) {
   return dot(toward, way) < 0.0 ? front.rgb : texelFetch(relumeLiveRadiance, sideAt(2u * number + 1u), 0).rgb;
 }
 
+#ifdef RELUME_LIVE_NESTED
+// leavePlace() of runtime/voxels/radiance_along.h. [voxels]
+vec3 leavePlace(vec3 origin, vec3 way) {
+  vec3 size = 4.0 * vec3(relumeLiveSize), t = vec3(1e30);
+  for (int a = 0; a < 3; ++a) {
+    if (way[a] != 0.0) t[a] = ((way[a] > 0.0 ? size[a] : 0.0) - origin[a]) / way[a];
+  }
+  int axis = relumeLiveFirstAxis(t);
+  vec3 place = clamp(origin + t[axis] * way, vec3(0.0), size);
+  place[axis] = way[axis] > 0.0 ? size[axis] + 0.01 : -0.01;
+  return place;
+}
+
+vec3 radianceAlong(vec3 place, vec3 way, vec3 sky) {
+  for (int volume = int(relumeLiveVolume); volume >= 0; --volume) {
+    relumeLiveSize = relumeLiveSizes[volume];
+    relumeLiveLayer = int(relumeLiveLayers[volume]);
+    relumeLiveMoves = relumeLiveMoving[volume];
+    relumeLiveEnd = relumeLiveEnds[volume];
+    ivec3 v;
+    uvec2 brick;
+    if (march(place, way, v, brick)) return radianceOf(v, way);
+    place = 0.5 * leavePlace(place, way) + relumeLiveToOuter[volume];
+  }
+  return sky;
+}
+#else
+vec3 radianceAlong(vec3 place, vec3 way, vec3 sky) {
+  ivec3 v;
+  uvec2 brick;
+  return march(place, way, v, brick) ? radianceOf(v, way) : sky;
+}
+#endif
+
 void main() {
-  uint thread = relumeLiveThread(), cache = thread / uint(RELUME_LANES), lane = thread % uint(RELUME_LANES);
+  uint thread = relumeLiveThread(), cache = thread / uint(RELUME_LANES) + relumeLiveFirstCache,
+       lane = thread % uint(RELUME_LANES);
   bool isCache = thread < relumeLiveThreads;
   ivec2 to = ivec2(7u * (cache % uint(RELUME_LIVE_CACHES_A_ROW)), cache / uint(RELUME_LIVE_CACHES_A_ROW));
   vec3 c[9];
@@ -122,9 +173,7 @@ void main() {
     float scale[3] = float[3](weight, weight, weight);
     for (uint i = lane; i < relumeLiveRayCount; i += uint(RELUME_LANES)) {
       vec3 way = texelFetch(relumeLiveRays, ivec2(i, 0), 0).xyz;
-      ivec3 v;
-      uvec2 brick;
-      vec3 radiance = march(origin, way, v, brick) ? radianceOf(v, way) : texelFetch(relumeLiveRays, ivec2(i, 1), 0).rgb;
+      vec3 radiance = radianceAlong(origin, way, texelFetch(relumeLiveRays, ivec2(i, 1), 0).rgb);
       if (radiance == vec3(0.0)) continue;
       brightest = max(brightest, max(max(radiance.r, radiance.g), radiance.b));
       vec4 y[RELUME_SH_WORDS];

@@ -14,6 +14,7 @@ layout(rgba32f, binding = 0) writeonly uniform image2D radianceImage;
 
 uniform float relumeBounceScale;
 uniform vec3 relumeEmissionScale;
+uniform int relumeFirstRow;  // of the image, that has this volume's sides
 
 vec3 bounced(uint s, vec3 n) {
   uint word = stencil[5u * s];
@@ -23,7 +24,7 @@ vec3 bounced(uint s, vec3 n) {
     vec2 pair = unpackUnorm2x16(stencil[5u * s + 1u + k / 2u]);
     float weight = (k & 1u) == 0u ? pair.x : pair.y;
     if (weight == 0.0) continue;
-    uint cache = texelFetch(relumeLiveCells, first + ivec3(k & 1u, k >> 1 & 1u, k >> 2), 0).w;
+    uint cache = relumeLiveCell(first + ivec3(k & 1u, k >> 1 & 1u, k >> 2)).w;
     relumeLiveAdd(cache >> 6, weight);
   }
   return relumeLiveIrradianceOfSum(n);
@@ -37,6 +38,6 @@ void main() {
   if (relumeBounceScale > 0.0) e += relumeBounceScale * bounced(s, b.xyz);
   vec3 radiance = 0.318309886 * vec3(a.w, b.w, c.w) * e + relumeEmissionScale * c.xyz;
   float axis = (s & 1u) == 0u ? float(voxelWord[s / 2u].x) : 0.0;
-  imageStore(radianceImage, ivec2(s % uint(RELUME_LIVE_SIDES_A_ROW), s / uint(RELUME_LIVE_SIDES_A_ROW)),
-             vec4(radiance, axis));
+  ivec2 to = ivec2(s % uint(RELUME_LIVE_SIDES_A_ROW), s / uint(RELUME_LIVE_SIDES_A_ROW));
+  imageStore(radianceImage, to + ivec2(0, relumeFirstRow), vec4(radiance, axis));
 }

@@ -18,7 +18,8 @@ uniform vec3 relumeLiveOrigins[RELUME_LIVE_MAX_VOLUMES];  // as relumeLiveOrigin
 uniform float relumeLiveVoxels[RELUME_LIVE_MAX_VOLUMES];
 uniform uvec3 relumeLiveSizes[RELUME_LIVE_MAX_VOLUMES];
 uniform int relumeLiveLayers[RELUME_LIVE_MAX_VOLUMES];
-uniform int relumeLiveOpen[RELUME_LIVE_MAX_VOLUMES];  // openFaces()
+// openFaces(); of an outermost that follows the eye all, and behind them is the sky, whose light is cache 0.
+uniform int relumeLiveOpen[RELUME_LIVE_MAX_VOLUMES];
 
 bool relumeLiveIsRead = false;
 
@@ -38,14 +39,15 @@ void relumeLiveRead(vec3 positionWorld, vec3 n) {
   if (relumeLiveIsRead) return;
   relumeLiveIsRead = true;
   relumeLiveClear();
-  float rest = 1.0;
+  float rest = 1.0, sky = 0.0;
   for (int v = relumeLiveVolumes - 1; v >= 0 && rest > 0.0; --v) {
     relumeLiveOrigin = relumeLiveOrigins[v];
     relumeLiveVoxel = relumeLiveVoxels[v];
     relumeLiveSize = relumeLiveSizes[v];
     relumeLiveLayer = relumeLiveLayers[v];
     vec3 place = (positionWorld - relumeLiveOrigin) / relumeLiveVoxel;
-    float share = rest * (v > 0 ? relumeLiveShare(v, place) : 1.0), sum = 0.0;
+    float share = rest * (v > 0 || relumeLiveOpen[0] != 0 ? relumeLiveShare(v, place) : 1.0), sum = 0.0;
+    if (v == 0) sky = rest - share;
     if (share <= 0.0) continue;
     ivec3 first;
     uint slot[8];
@@ -58,6 +60,8 @@ void relumeLiveRead(vec3 positionWorld, vec3 n) {
     // Far from surfaces small cells have no caches, and large ones do.
     if (sum > 0.0) rest -= share;
   }
+  if (sky > 0.0) relumeLiveAdd(0u, sky);
+  rest -= sky;
   if (rest > 0.0 && rest < 1.0) {
     for (int k = 0; k < 7; ++k) relumeLiveSum[k] /= 1.0 - rest;
   }

@@ -34,11 +34,9 @@ float shareOfVolume(const VolumeGrid& grid, std::uint32_t open, const glm::vec3&
   return share;
 }
 
-namespace {
-
-constexpr std::uint32_t kSkyRays = 256;
-
-CacheSum skySum(const LiveRays& rays) {
+CacheSum skySum(const LiveFrame& frame) {
+  constexpr std::uint32_t kSkyRays = 256;
+  const LiveRays rays = liveRays(kSkyRays, frame);
   CacheSum sum;
   const float weight = 4.0f * std::numbers::pi_v<float> / static_cast<float>(std::max<std::size_t>(rays.sky.size(), 1));
   for (std::size_t i = 0; i < rays.sky.size(); ++i) {
@@ -53,8 +51,6 @@ CacheSum skySum(const LiveRays& rays) {
   return sum;
 }
 
-}  // namespace
-
 Result<NestedCaches> NestedCaches::create(const LiveOptions& options) {
   Result<LiveCaches> first = LiveCaches::create(options);
   if (!first) return first.error();
@@ -66,7 +62,7 @@ Status NestedCaches::update(NestedVolumes& volumes, const LiveFrame& frame) {
   CacheSum sky;
   try {
     while (caches_.size() < volumes.size()) caches_.push_back(caches_.front().withoutLight());
-    if (volumes.outermost().grid().roams) sky = skySum(liveRays(kSkyRays, frame));
+    if (volumes.outermost().grid().roams) sky = skySum(frame);
   } catch (const std::bad_alloc&) {
     return noMemoryForLiveLight();
   }
@@ -87,14 +83,14 @@ void NestedCaches::reset() {
   sky_ = {};
 }
 
-NestedStencil NestedCaches::stencil(const glm::vec3& positionWorld, const glm::vec3& normal) const {
+NestedStencil nestedStencil(std::span<const VolumeCaches> caches, const glm::vec3& positionWorld,
+                            const glm::vec3& normal) {
   NestedStencil found;
   if (!isWithin(positionWorld, kMaxCoordinate)) return found;
-  const VolumeGrid& outermost = caches_.front().cells().grid;
+  const VolumeGrid& outermost = caches.front().cells->grid;
   float rest = 1.0f;
-  for (std::size_t level = caches_.size(); level-- > 0 && rest > 0.0f;) {
-    const VolumeGrid& grid = caches_[level].cells().grid;
-    constexpr std::uint32_t kAllFaces = 63;
+  for (std::size_t level = caches.size(); level-- > 0 && rest > 0.0f;) {
+    const VolumeGrid& grid = caches[level].cells->grid;
     float share = 1.0f;
     if (level > 0) share = shareOfVolume(grid, openFaces(grid, outermost, level), grid.toGrid(positionWorld));
     if (level == 0 && grid.roams) {
@@ -102,7 +98,7 @@ NestedStencil NestedCaches::stencil(const glm::vec3& positionWorld, const glm::v
       found.sky = rest * (1.0f - share);
     }
     if (!(share > 0.0f)) continue;
-    found.stencil[level] = caches_[level].stencil(positionWorld, normal);
+    found.stencil[level] = checkedStencil(*caches[level].cells, positionWorld, normal);
     // Far from surfaces small cells have no caches, and large ones do.
     const auto& weight = found.stencil[level].weight;
     if (std::all_of(weight.begin(), weight.end(), [](float w) { return w == 0.0f; })) continue;
@@ -117,17 +113,35 @@ NestedStencil NestedCaches::stencil(const glm::vec3& positionWorld, const glm::v
   return found;
 }
 
-glm::vec3 NestedCaches::irradianceBy(const NestedStencil& stencil, const glm::vec3& normal) const {
+glm::vec3 nestedIrradiance(std::span<const VolumeCaches> caches, const CacheSum& sky, const NestedStencil& stencil,
+                           const glm::vec3& normal) {
   CacheSum sum;
-  for (std::size_t level = 0; level < caches_.size(); ++level) {
+  for (std::size_t level = 0; level < caches.size(); ++level) {
     if (stencil.share[level] > 0.0f)
-      sum.add(stencil.stencil[level], stencil.share[level], caches_[level].coefficients(), caches_[level].brightest());
+      sum.add(stencil.stencil[level], stencil.share[level], caches[level].coefficients, caches[level].brightest);
   }
   if (stencil.sky > 0.0f) {
-    for (std::size_t i = 0; i < sum.coefficients.size(); ++i) sum.coefficients[i] += stencil.sky * sky_.coefficients[i];
-    sum.brightest = std::max(sum.brightest, sky_.brightest);
+    for (std::size_t i = 0; i < sum.coefficients.size(); ++i) sum.coefficients[i] += stencil.sky * sky.coefficients[i];
+    sum.brightest = std::max(sum.brightest, sky.brightest);
   }
   return sum.irradiance(normal);
+}
+
+std::array<VolumeCaches, kMaxCascades> NestedCaches::all() const {
+  std::array<VolumeCaches, kMaxCascades> all;
+  for (std::size_t level = 0; level < caches_.size(); ++level)
+    all[level] = {&caches_[level].cells(), caches_[level].coefficients(), caches_[level].brightest()};
+  return all;
+}
+
+NestedStencil NestedCaches::stencil(const glm::vec3& positionWorld, const glm::vec3& normal) const {
+  const auto caches = all();
+  return nestedStencil(std::span(caches).first(caches_.size()), positionWorld, normal);
+}
+
+glm::vec3 NestedCaches::irradianceBy(const NestedStencil& stencil, const glm::vec3& normal) const {
+  const auto caches = all();
+  return nestedIrradiance(std::span(caches).first(caches_.size()), sky_, stencil, normal);
 }
 
 glm::vec3 NestedCaches::irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const {

@@ -13,6 +13,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,6 +25,7 @@ inline constexpr float kBlendCells = 2.0f;  // from a face on, in which a volume
 // Which faces of a volume have another one behind them: those that are not the outermost's too. Bit k: the lower one of
 // axis k, bit 3 + k: the upper. `level`: the outermost's cells are 2^level as large.
 std::uint32_t openFaces(const VolumeGrid& grid, const VolumeGrid& outermost, std::size_t level);
+inline constexpr std::uint32_t kAllFaces = 63;  // of an outermost that follows the eye: behind them is the sky
 
 // The share of a volume's caches at a place: 1 well inside, 0 at its open faces and outside. [place: voxels]
 float shareOfVolume(const VolumeGrid& grid, std::uint32_t open, const glm::vec3& place);
@@ -34,6 +36,19 @@ struct NestedStencil {
   std::array<float, kMaxCascades> share{};
   float sky = 0.0f;  // the sky's, near the faces of an outermost that follows the eye, and beyond them
 };
+
+// Caches of a volume, wherever they were found. [The others: as LiveCaches has them]
+struct VolumeCaches {
+  const CellSet* cells = nullptr;
+  std::span<const float> coefficients, brightest;
+};
+// What NestedCaches::stencil() and irradianceBy() say, of volumes from the outermost on. [1 to kMaxCascades]
+NestedStencil nestedStencil(std::span<const VolumeCaches> caches, const glm::vec3& positionWorld,
+                            const glm::vec3& normal);
+glm::vec3 nestedIrradiance(std::span<const VolumeCaches> caches, const CacheSum& sky, const NestedStencil& stencil,
+                           const glm::vec3& normal);
+// The light of a frame's sky, were it all that there is.
+CacheSum skySum(const LiveFrame& frame);
 
 class NestedCaches {
  public:
@@ -59,6 +74,7 @@ class NestedCaches {
 
  private:
   explicit NestedCaches(LiveCaches first) { caches_.push_back(std::move(first)); }
+  std::array<VolumeCaches, kMaxCascades> all() const;
 
   std::vector<LiveCaches> caches_;
   CacheSum sky_;  // as of the last update(), were it all that there is

@@ -16,10 +16,6 @@
 namespace relume::gl {
 namespace {
 
-std::uint32_t rowsOfSides(std::size_t sides) {
-  return static_cast<std::uint32_t>((sides + RELUME_LIVE_SIDES_A_ROW - 1) / RELUME_LIVE_SIDES_A_ROW);
-}
-
 // What shaders read of one layer's sides and voxels (shaders/shared/layout.h).
 struct PackedLayer {
   std::vector<glm::vec4> sides;                    // three a side
@@ -53,18 +49,24 @@ struct PackedLayer {
 
 LitSides::LitSides(const Functions& gl)
     : gl_(gl),
+      directProgram_(std::make_shared<Program>()),
       sides_(gl),
       samples_(gl),
       voxels_(gl),
       direct_(gl),
       lights_(gl),
-      radiance_(gl, kFloats, RELUME_LIVE_SIDES_A_ROW),
+      radiance_(std::make_shared<GrowingRows>(gl, kFloats, RELUME_LIVE_SIDES_A_ROW)),
       timer_(gl) {}
+
+LitSides::LitSides(const Functions& gl, const LitSides& first) : LitSides(gl) {
+  directProgram_ = first.directProgram_;
+  radiance_ = first.radiance_;
+}
 
 Status LitSides::compile(const std::string& visibilityGlsl) {
   Result<Program> made = makeComputeProgram(gl_, "live_direct.comp", {}, visibilityGlsl);
   if (!made) return made.error();
-  directProgram_ = std::move(*made);
+  *directProgram_ = std::move(*made);
   return done();
 }
 
@@ -77,7 +79,8 @@ Status LitSides::checkSize(const VoxelVolume& volume) const {
   return done();
 }
 
-void LitSides::follow(const VoxelVolume& volume) {
+void LitSides::follow(const VoxelVolume& volume, std::uint32_t firstRow) {
+  firstRow_ = firstRow;
   const bool stood = follows_ && volume.standingVersion() == standingVersion_;
   if (stood && volume.movingVersion() == movingVersion_) return;
   grid_ = volume.grid();
@@ -86,7 +89,7 @@ void LitSides::follow(const VoxelVolume& volume) {
   const std::pair<GrowingBuffer*, std::size_t> buffers[] = {
       {&sides_, 48}, {&samples_, 32}, {&voxels_, 4}, {&direct_, 16}};
   for (const auto& [buffer, bytes] : buffers) grown = buffer->reserve(bytes * all) || grown;
-  radiance_.reserve(rowsOfSides(all));
+  radiance_->reserve(firstRow + rowsOfSides(all));
   const auto write = [&](const VoxelLayer& layer, std::size_t first) {
     const PackedLayer packed(grid_, layer);
     sides_.write(48 * first, bytesOf(packed.sides));
@@ -116,10 +119,10 @@ void LitSides::lightDirectly(std::span<const Light> lights) {
   voxels_.bind(RELUME_LIVE_SLOT_VOXELS);
   lights_.bind(RELUME_LIVE_SLOT_LIGHTS);
   direct_.bind(RELUME_LIVE_SLOT_DIRECT);
-  setGrid(gl_, directProgram_.get(), grid_, grid_.voxel);
-  setUniform(gl_, directProgram_, "relumeLightCount", static_cast<std::uint32_t>(packed_.size()));
+  setGrid(gl_, directProgram_->get(), grid_, grid_.voxel);
+  setUniform(gl_, *directProgram_, "relumeLightCount", static_cast<std::uint32_t>(packed_.size()));
   timer_.mark(0);
-  runThreads(gl_, directProgram_, count_);
+  runThreads(gl_, *directProgram_, count_);
   timer_.mark(1);
   timer_.endFrame();
   waitForShaders(gl_);
@@ -138,17 +141,18 @@ bool LitSides::isOf(const VoxelVolume& volume) const {
 }
 
 std::vector<glm::vec3> LitSides::radiance() const {
-  std::vector<glm::vec4> texels(std::size_t{radiance_.rows()} * RELUME_LIVE_SIDES_A_ROW);
+  std::vector<glm::vec4> texels(std::size_t{radiance_->rows()} * RELUME_LIVE_SIDES_A_ROW);
   if (!texels.empty()) {
-    radiance_.bind(RELUME_LIVE_UNIT_LIGHT);
+    radiance_->bind(RELUME_LIVE_UNIT_LIGHT);
     gl_.GetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, texels.data());
   }
-  return {texels.begin(), texels.begin() + static_cast<std::ptrdiff_t>(count_)};
+  const auto begin = texels.begin() + static_cast<std::ptrdiff_t>(std::size_t{firstRow_} * RELUME_LIVE_SIDES_A_ROW);
+  return {begin, begin + static_cast<std::ptrdiff_t>(count_)};
 }
 
 std::vector<std::pair<std::string, std::size_t>> LitSides::bufferSizes() const {
   return {{"voxel sides", sides_.bytes() + samples_.bytes() + voxels_.bytes()},
-          {"voxel light", direct_.bytes() + radiance_.bytes() + lights_.bytes()}};
+          {"voxel light", direct_.bytes() + (firstRow_ == 0 ? radiance_->bytes() : 0) + lights_.bytes()}};
 }
 
 void setGrid(const Functions& gl, GLuint program, const VolumeGrid& grid, float voxel) {

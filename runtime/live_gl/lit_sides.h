@@ -16,6 +16,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <memory_resource>
 #include <span>
 #include <string>
@@ -27,14 +28,21 @@ namespace relume::gl {
 class LitSides {
  public:
   explicit LitSides(const Functions& gl);
+  // With the program and the texture of another.
+  LitSides(const Functions& gl, const LitSides& first);
 
   // visibilityGlsl: as LiveCachesGlOptions has it. failed: a shader's log.
   Status compile(const std::string& visibilityGlsl);
   // unsupported: the volume has more sides than this OpenGL's buffers and textures hold.
   Status checkSize(const VoxelVolume& volume) const;
   // Take over what has changed of the volume; sides that are new have no direct light. Throws std::bad_alloc.
-  // [checkSize()]
-  void follow(const VoxelVolume& volume);
+  // firstRow: of the texture, which several share. [checkSize()]
+  void follow(const VoxelVolume& volume, std::uint32_t firstRow = 0);
+  // Rows of the texture for so many sides; true where there was no room: what it held is gone.
+  bool reserveRows(std::size_t sides) { return radiance_->reserve(rowsOfSides(sides)); }
+  static std::uint32_t rowsOfSides(std::size_t sides) {
+    return static_cast<std::uint32_t>((sides + RELUME_LIVE_SIDES_A_ROW - 1) / RELUME_LIVE_SIDES_A_ROW);
+  }
   // Follow no volume: there was no memory for it.
   void leave() { follows_ = false; }
 
@@ -43,7 +51,7 @@ class LitSides {
   // The same as VoxelVolume::lightDirectly() has found it. [follows(volume)]
   void copyDirect(const VoxelVolume& volume);
   // The program whose uniforms visibilityGlsl reads.
-  GLuint directProgram() const { return directProgram_.get(); }
+  GLuint directProgram() const { return directProgram_->get(); }
 
   // Whether it has followed the volume as it is now.
   bool isOf(const VoxelVolume& volume) const;
@@ -52,9 +60,10 @@ class LitSides {
   void bindSides() const { sides_.bind(RELUME_LIVE_SLOT_SIDES); }
   void bindVoxels() const { voxels_.bind(RELUME_LIVE_SLOT_VOXELS); }
   void bindDirect() const { direct_.bind(RELUME_LIVE_SLOT_DIRECT); }
-  void bindRadianceImage() const { radiance_.bindImage(0, GL_WRITE_ONLY); }
+  void bindRadianceImage() const { radiance_->bindImage(0, GL_WRITE_ONLY); }
   // RELUME_LIVE_SIDES_A_ROW sides a row [W/m²/sr]; the front's w: packAxis().
-  GLuint radianceTexture() const { return radiance_.name(); }
+  GLuint radianceTexture() const { return radiance_->name(); }
+  std::uint32_t firstRow() const { return firstRow_; }
   std::vector<glm::vec3> radiance() const;  // read back [Size count()]
 
   double directMs() { return timer_.passMs()[0]; }  // of the last frame that the GPU has finished
@@ -62,13 +71,13 @@ class LitSides {
 
  private:
   const Functions& gl_;
-  Program directProgram_;
+  std::shared_ptr<Program> directProgram_;
   VolumeGrid grid_;
   bool follows_ = false;
   std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
-  std::uint32_t count_ = 0;
+  std::uint32_t count_ = 0, firstRow_ = 0;
   GrowingBuffer sides_, samples_, voxels_, direct_, lights_;
-  GrowingRows radiance_;
+  std::shared_ptr<GrowingRows> radiance_;
   std::pmr::vector<Light> normalised_;
   std::pmr::vector<RelumeLight> packed_;
   FrameTimer<1> timer_;

@@ -7,30 +7,26 @@
 #include "runtime/gl/program.h"
 #include "runtime/gl/saved_state.h"
 #include "runtime/gl/timer.h"
-#include "runtime/live/cell_texels.h"
-#include "runtime/live/live_caches.h"
-#include "runtime/live_gl/lit_sides.h"
-#include "runtime/live_gl/live_objects.h"
+#include "runtime/live/nested_caches.h"
 #include "runtime/live_gl/live_resolve_gl.h"
+#include "runtime/live_gl/nested_volumes_gl.h"
 #include "runtime/shared/stopwatch.h"
+#include "runtime/voxels/radiance_along.h"
 
 #include <glm/vec4.hpp>
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <new>
+#include <utility>
 
 namespace relume {
 namespace {
 
-using gl::GrowingBuffer, gl::GrowingRows;
+using gl::FollowedVolume, gl::GrowingRows, gl::kTexelsOfCache;
 
-constexpr std::uint32_t kTexels = 7, kBasis = 9;  // of a cache; of a channel
+constexpr std::uint32_t kBasis = 9;  // of a channel
 constexpr int kParallelLanes = 32;
-
-std::uint32_t rowsOf(std::size_t items, std::uint32_t aRow) {
-  return static_cast<std::uint32_t>((items + aRow - 1) / aRow);
-}
 
 }  // namespace
 
@@ -42,21 +38,18 @@ struct LiveCachesGl::State {
         lanes(groups == gpu::GroupThreads::serial ? 1 : kParallelLanes) {}
 
   Status compile(const std::string& visibilityGlsl);
-  Status follow(const VoxelVolume& volume);
-  Status checkSize(const VoxelVolume& volume) const;
-  void carry(const CellSet& next, const std::vector<std::uint32_t>& from);
-  void writeMoving(const VoxelVolume& volume);
-  void findStencils();
-  void reflect(const LiveFrame& frame);
-  void gather(const LiveFrame& frame);
+  Status makeGather(gl::Program& program, bool isNested) const;
+  Status follow(VolumeRange range);
+  void reflect(const FollowedVolume& volume, const LiveFrame& frame);
+  void writeRays(const LiveFrame& frame);
+  void gather(std::size_t level, const LiveFrame& frame);
   std::vector<glm::vec4> readLight() const;
+  void readBack();
 
   template <class T>
-  void set(const gl::Program& program, const char* name, const T& value) const {
-    gl::setUniform(gl_, program, name, value);
+  void set(const gl::Program& program, const std::string& name, const T& value) const {
+    gl::setUniform(gl_, program, name.c_str(), value);
   }
-  void setGrid(GLuint program) const { gl::setGrid(gl_, program, cells.grid, follows ? cells.grid.voxel : 0.0f); }
-  void dispatch(const gl::Program& program, std::uint32_t threads) const { gl::runThreads(gl_, program, threads); }
   void waitForAll() const { gl::waitForShaders(gl_); }
 
   gl::Functions gl_;  // before all that deletes by it
@@ -64,170 +57,103 @@ struct LiveCachesGl::State {
   LiveGlNames names;
   std::string resolveGlsl;
   int lanes;
-  gl::Program stencilProgram, reflectProgram, gatherProgram, carryProgram;
-  CellSet cells;
-  bool follows = false;  // a volume
-  std::uint64_t standingVersion = 0, movingVersion = 0;
-  std::uint32_t standingKept = 0;
-  bool moves = false;
-
-  gl::LitSides sides{gl_};
-  gl::CellTexture cellTexture{gl_}, movingTexture{gl_};
-  GrowingRows planes{gl_, gl::kBytes, RELUME_LIVE_PLANES_A_ROW};
-  GrowingRows light{gl_, gl::kFloats, kTexels*RELUME_LIVE_CACHES_A_ROW},
-      otherLight{gl_, gl::kFloats, kTexels*RELUME_LIVE_CACHES_A_ROW};
+  gl::Program reflectProgram, gatherProgram;
+  gl::Program nestedGatherProgram;  // once there are several volumes
+  gl::NestedVolumesGl volumes{gl_};
   GrowingRows rays{gl_, gl::kFloats, options.raysPerCell};
-  GrowingBuffer stencils{gl_}, cacheVoxels{gl_}, carried{gl_};
   gl::FrameTimer<2> timer{gl_};
-  double cellsMs = 0.0;
-  std::vector<float> coefficients, brightest;  // read back
+  double followMs = 0.0, cellsMs = 0.0;        // since the last frame; of that
+  CacheSum sky;                                // as NestedCaches's
+  std::vector<float> coefficients, brightest;  // read back, by slots
   bool isReadBack = false;                     // whether they are this frame's
 };
 
+Status LiveCachesGl::State::makeGather(gl::Program& program, bool isNested) const {
+  const std::array<std::pair<std::string, std::string>, 2> defines{
+      {{"RELUME_LANES", std::to_string(lanes)}, {"RELUME_LIVE_NESTED", "1"}}};
+  Result<gl::Program> made =
+      gl::makeComputeProgram(gl_, "live_gather.comp", std::span(defines).first(isNested ? 2 : 1));
+  if (!made) return made.error();
+  program = std::move(*made);
+  return done();
+}
+
 Status LiveCachesGl::State::compile(const std::string& visibilityGlsl) {
-  const std::array<std::pair<std::string, std::string>, 1> lanesDefine{{{"RELUME_LANES", std::to_string(lanes)}}};
-  const auto make = [&](gl::Program& program, const char* path) -> Status {
-    Result<gl::Program> made = gl::makeComputeProgram(gl_, path, lanesDefine);
-    if (!made) return made.error();
-    program = std::move(*made);
-    return done();
-  };
-  if (Status ok = sides.compile(visibilityGlsl); !ok) return ok;
-  if (Status ok = make(stencilProgram, "live_stencils.comp"); !ok) return ok;
-  if (Status ok = make(reflectProgram, "live_reflect.comp"); !ok) return ok;
-  if (Status ok = make(gatherProgram, "live_gather.comp"); !ok) return ok;
-  return make(carryProgram, "live_carry.comp");
+  if (Status ok = volumes.compile(visibilityGlsl); !ok) return ok;
+  Result<gl::Program> made = gl::makeComputeProgram(gl_, "live_reflect.comp", {});
+  if (!made) return made.error();
+  reflectProgram = std::move(*made);
+  return makeGather(gatherProgram, false);
 }
 
-// Whether the volume fits into OpenGL's buffers and textures.
-Status LiveCachesGl::State::checkSize(const VoxelVolume& volume) const {
-  if (Status ok = sides.checkSize(volume); !ok) return ok;
-  const GpuDevice device = gl::deviceOf(gl_, gpu::GroupThreads::parallel);
-  const auto side =
-      static_cast<std::uint32_t>(std::max({volume.grid().cells.x, volume.grid().cells.y, volume.grid().cells.z}));
-  if (side > device.volumeSide || device.imageSide < 2 * RELUME_LIVE_PLANES_A_ROW)
-    return Error{ErrorCode::unsupported, "live light: this OpenGL's textures are too small for " +
-                                             std::to_string(side) + " cells along a side"};
-  return done();
-}
-
-// Caches that stand in other slots keep their light: into the other texture, which takes this one's place.
-void LiveCachesGl::State::carry(const CellSet& next, const std::vector<std::uint32_t>& from) {
-  std::vector<std::uint32_t> voxel(next.position.size());
-  for (std::size_t i = 0; i < voxel.size(); ++i) voxel[i] = gl::packVoxel(glm::ivec3(glm::floor(next.position[i])));
-  cacheVoxels.reserve(4 * voxel.size());
-  cacheVoxels.write(0, gl::bytesOf(voxel));
-  carried.reserve(4 * from.size());
-  carried.write(0, gl::bytesOf(from));
-  light.reserve(1);
-  otherLight.reserve(rowsOf(from.size(), RELUME_LIVE_CACHES_A_ROW));
-  carried.bind(RELUME_LIVE_SLOT_CARRY);
-  light.bind(RELUME_LIVE_UNIT_LIGHT);
-  otherLight.bindImage(0, GL_WRITE_ONLY);
-  dispatch(carryProgram, static_cast<std::uint32_t>(from.size()));
-  std::swap(light, otherLight);
+Status LiveCachesGl::State::follow(VolumeRange range) {
+  if (range.size() > 1 && !nestedGatherProgram.get()) {
+    if (Status ok = makeGather(nestedGatherProgram, true); !ok) return ok;
+  }
   isReadBack = false;
-  otherLight.reserve(rowsOf(from.size(), RELUME_LIVE_CACHES_A_ROW));  // for the next time
-}
-
-// Bits of what moves, and where their sides begin.
-void LiveCachesGl::State::writeMoving(const VoxelVolume& volume) {
-  const VolumeGrid& grid = volume.grid();
-  const VoxelLayer& moving = volume.moving();
-  std::vector<glm::uvec4> texels(grid.cellCount());
-  for (std::size_t c = 0; c < texels.size() && moving.occupied > 0; ++c) {
-    const std::uint64_t bits = moving.bits[c];
-    texels[c] = {static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(bits >> 32),
-                 moving.first[c] + volume.standing().kept, 0};
-  }
-  movingTexture.write(grid.cells.x, grid.cells.y, grid.cells.z, texels.data());
-}
-
-void LiveCachesGl::State::findStencils() {
-  cellTexture.bind(RELUME_LIVE_UNIT_CELLS);
-  planes.bind(RELUME_LIVE_UNIT_PLANES);
-  sides.bindSides();
-  stencils.bind(RELUME_LIVE_SLOT_STENCILS);
-  setGrid(stencilProgram.get());
-  dispatch(stencilProgram, sides.count());
-}
-
-// Take over what has changed of the volume, as LiveCaches::follow().
-Status LiveCachesGl::State::follow(const VoxelVolume& volume) {
-  const bool stood = follows && volume.standingVersion() == standingVersion;
-  if (stood && volume.movingVersion() == movingVersion) return done();
-  if (Status ok = checkSize(volume); !ok) return ok;
-  const bool isSame = follows && cells.grid.cells == volume.grid().cells &&
-                      cells.grid.originWorld == volume.grid().originWorld && cells.grid.voxel == volume.grid().voxel;
-  CellSet next = findCells(volume);
-  std::vector<std::uint32_t> from(next.active.size(), kInactive);
-  for (std::size_t i = 0; i < from.size() && isSame; ++i) from[i] = cells.slot[next.active[i]];
-  const std::vector<glm::uvec4> texels = cellTexels(next);
-  while (gl_.GetError() != GL_NO_ERROR) {
-  }
-  // All memory first: what is refused for want of it leaves light and volume as they were, but for their room.
-  carry(next, from);
-  planes.reserve(rowsOf(next.plane.size(), RELUME_LIVE_PLANES_A_ROW));
-  planes.write(gl::bytesOf(next.plane));
-  cellTexture.write(next.grid.cells.x, next.grid.cells.y, next.grid.cells.z, texels.data());
-  cells = std::move(next);
-  standingKept = volume.standing().kept;
-  moves = volume.moving().occupied > 0;
-  sides.follow(volume);
-  stencils.reserve(20 * std::size_t{sides.count()});
-  writeMoving(volume);
-  standingVersion = volume.standingVersion();
-  movingVersion = volume.movingVersion();
-  follows = true;
-  waitForAll();
-  findStencils();
-  waitForAll();
-  if (gl_.GetError() == GL_OUT_OF_MEMORY) {
-    follows = false;
-    sides.leave();
-    return Error{ErrorCode::unsupported, "live light: this OpenGL has not enough memory for " +
-                                             std::to_string(sides.count() / 2) + " voxels and " +
-                                             std::to_string(cells.active.size()) + " caches"};
-  }
-  return done();
+  Stopwatch watch;
+  Status ok = volumes.follow(range);
+  followMs += watch.lap();
+  return ok;
 }
 
 // Radiance of the sides, with last frame's caches.
-void LiveCachesGl::State::reflect(const LiveFrame& frame) {
-  cellTexture.bind(RELUME_LIVE_UNIT_CELLS);
-  light.bind(RELUME_LIVE_UNIT_LIGHT);
-  sides.bindRadianceImage();
-  sides.bindSides();
-  stencils.bind(RELUME_LIVE_SLOT_STENCILS);
-  sides.bindVoxels();
-  sides.bindDirect();
+void LiveCachesGl::State::reflect(const FollowedVolume& volume, const LiveFrame& frame) {
+  volumes.cells().bind(RELUME_LIVE_UNIT_CELLS);
+  volumes.light().bind(RELUME_LIVE_UNIT_LIGHT);
+  volume.sides.bindRadianceImage();
+  volume.sides.bindSides();
+  volume.stencils.bind(RELUME_LIVE_SLOT_STENCILS);
+  volume.sides.bindVoxels();
+  volume.sides.bindDirect();
+  set(reflectProgram, "relumeLiveLayer", volume.at.layer);
+  set(reflectProgram, "relumeFirstRow", static_cast<std::int32_t>(volume.sides.firstRow()));
   set(reflectProgram, "relumeBounceScale", frame.bounceScale);
   set(reflectProgram, "relumeEmissionScale", frame.emissionScale);
-  dispatch(reflectProgram, sides.count());
+  gl::runThreads(gl_, reflectProgram, volume.sides.count());
 }
 
-void LiveCachesGl::State::gather(const LiveFrame& frame) {
+void LiveCachesGl::State::writeRays(const LiveFrame& frame) {
   const LiveRays found = liveRays(options.raysPerCell, frame);
   std::vector<glm::vec4> texels;
   texels.reserve(2 * found.direction.size());
   for (const glm::vec3& d : found.direction) texels.emplace_back(d, 0.0f);
-  for (const glm::vec3& sky : found.sky) texels.emplace_back(sky, 0.0f);
+  for (const glm::vec3& along : found.sky) texels.emplace_back(along, 0.0f);
   rays.reserve(2);
   rays.write(gl::bytesOf(texels));
-  cellTexture.bind(RELUME_LIVE_UNIT_CELLS);
-  movingTexture.bind(RELUME_LIVE_UNIT_MOVING);
+}
+
+void LiveCachesGl::State::gather(std::size_t level, const LiveFrame& frame) {
+  const FollowedVolume& volume = volumes[level];
+  volumes.cells().bind(RELUME_LIVE_UNIT_CELLS);
+  volumes.moving().bind(RELUME_LIVE_UNIT_MOVING);
   rays.bind(RELUME_LIVE_UNIT_RAYS);
   gl_.ActiveTexture(GL_TEXTURE0 + RELUME_LIVE_UNIT_RADIANCE);
-  gl_.BindTexture(GL_TEXTURE_2D, sides.radianceTexture());
-  light.bindImage(0, GL_READ_WRITE);
-  cacheVoxels.bind(RELUME_LIVE_SLOT_CACHES);
-  const auto caches = static_cast<std::uint32_t>(cells.active.size());
-  setGrid(gatherProgram.get());
-  set(gatherProgram, "relumeLiveRayCount", options.raysPerCell);
-  set(gatherProgram, "relumeLiveMoves", moves ? 1u : 0u);
-  set(gatherProgram, "relumeLiveKept", glm::uvec2(standingKept, sides.count() / 2));
-  set(gatherProgram, "relumeLiveKeep", frame.keep);
-  dispatch(gatherProgram, caches * static_cast<std::uint32_t>(lanes));
+  gl_.BindTexture(GL_TEXTURE_2D, volume.sides.radianceTexture());
+  volumes.light().bindImage(0, GL_READ_WRITE);
+  volumes.cacheVoxels().bind(RELUME_LIVE_SLOT_CACHES);
+  const gl::Program& program = level > 0 ? nestedGatherProgram : gatherProgram;
+  set(program, "relumeLiveRayCount", options.raysPerCell);
+  set(program, "relumeLiveFirstCache", volume.at.firstCache);
+  set(program, "relumeLiveKeep", frame.keep);
+  if (level == 0) {
+    gl::setGrid(gl_, program.get(), volume.cells.grid, volume.cells.grid.voxel);
+    set(program, "relumeLiveMoves", volume.moves ? 1u : 0u);
+    set(program, "relumeLiveEnd", volume.ends());
+  }
+  for (std::size_t v = 0; level > 0 && v <= level; ++v) {
+    const FollowedVolume& each = volumes[v];
+    const VolumeGrid& grid = each.cells.grid;
+    const std::string element = "[" + std::to_string(v) + "]";
+    set(program, "relumeLiveSizes" + element, glm::uvec3(grid.cells));
+    set(program, "relumeLiveLayers" + element, static_cast<std::uint32_t>(each.at.layer));
+    set(program, "relumeLiveMoving" + element, each.moves ? 1u : 0u);
+    set(program, "relumeLiveEnds" + element, each.ends());
+    if (v > 0) set(program, "relumeLiveToOuter" + element, placeInOuter(grid, volumes[v - 1].cells.grid, glm::vec3(0)));
+  }
+  set(program, "relumeLiveVolume", static_cast<std::uint32_t>(level));
+  const auto caches = static_cast<std::uint32_t>(volume.cells.active.size());
+  gl::runThreads(gl_, program, caches * static_cast<std::uint32_t>(lanes));
 }
 
 Result<LiveCachesGl> LiveCachesGl::create(const LiveCachesGlOptions& options) {
@@ -250,50 +176,54 @@ LiveCachesGl::LiveCachesGl(LiveCachesGl&&) noexcept = default;
 LiveCachesGl& LiveCachesGl::operator=(LiveCachesGl&&) noexcept = default;
 LiveCachesGl::~LiveCachesGl() = default;
 
-Status LiveCachesGl::lightDirectly(const VoxelVolume& volume, const LightSetup& setup) {
+Status LiveCachesGl::lightDirectly(VolumeRange range, const LightSetup& setup) {
   LightSetup punctual;
   punctual.lights = setup.lights;
   if (Status ok = checkSetup(punctual, 0, 0); !ok) return ok;
   State& s = *state_;
   try {
     const gl::SavedState saved(s.gl_);
-    if (Status ok = s.follow(volume); !ok) return ok;
-    s.sides.lightDirectly(setup.lights);
+    if (Status ok = s.follow(range); !ok) return ok;
+    for (std::size_t l = 0; l < range.size(); ++l) s.volumes[l].sides.lightDirectly(setup.lights);
   } catch (const std::bad_alloc&) {
     return noMemoryForLiveLight();
   }
   return done();
 }
 
-Status LiveCachesGl::copyDirect(const VoxelVolume& volume) {
+Status LiveCachesGl::copyDirect(VolumeRange range) {
   State& s = *state_;
   try {
     const gl::SavedState saved(s.gl_);
-    if (Status ok = s.follow(volume); !ok) return ok;
-    s.sides.copyDirect(volume);
+    if (Status ok = s.follow(range); !ok) return ok;
+    for (std::size_t l = 0; l < range.size(); ++l) s.volumes[l].sides.copyDirect(range[l]);
   } catch (const std::bad_alloc&) {
     return noMemoryForLiveLight();
   }
   return done();
 }
 
-Status LiveCachesGl::update(const VoxelVolume& volume, const LiveFrame& frame) {
+Status LiveCachesGl::update(VolumeRange range, const LiveFrame& frame) {
   if (Status ok = checkLiveFrame(frame); !ok) return ok;
   State& s = *state_;
   try {
     const gl::SavedState saved(s.gl_);
-    Stopwatch watch;
-    if (Status ok = s.follow(volume); !ok) return ok;
-    s.cellsMs = watch.lap();
+    if (Status ok = s.follow(range); !ok) return ok;
+    const CacheSum sky = s.volumes.hasSky() ? skySum(frame) : CacheSum{};
+    s.writeRays(frame);
+    s.cellsMs = std::exchange(s.followMs, 0.0);
     s.timer.mark(0);
-    if (!frame.freezeVoxels) s.reflect(frame);
+    if (s.volumes.lostRadiance() || !frame.freezeVoxels) {
+      for (std::size_t l = 0; l < range.size(); ++l) s.reflect(s.volumes[l], frame);
+    }
     s.waitForAll();
     s.timer.mark(1);
-    s.gather(frame);
+    for (std::size_t l = 0; l < range.size(); ++l) s.gather(l, frame);
     s.waitForAll();
+    if (s.volumes.hasSky()) s.volumes.writeSky(sky);
     s.timer.mark(2);
     s.timer.endFrame();
-    s.isReadBack = false;
+    s.sky = sky;
   } catch (const std::bad_alloc&) {
     return noMemoryForLiveLight();
   }
@@ -302,12 +232,12 @@ Status LiveCachesGl::update(const VoxelVolume& volume, const LiveFrame& frame) {
 
 void LiveCachesGl::reset() {
   const gl::SavedState saved(state_->gl_);
-  const std::vector<std::uint32_t> from(state_->cells.active.size(), kInactive);
-  state_->carry(state_->cells, from);
-  state_->waitForAll();
+  state_->volumes.reset();
+  state_->sky = {};
+  state_->isReadBack = false;
 }
 
-std::uint32_t LiveCachesGl::directProgram() const { return state_->sides.directProgram(); }
+std::uint32_t LiveCachesGl::directProgram() const { return state_->volumes.outermostSides().directProgram(); }
 
 BackendKind LiveCachesGl::fasterBackend(const GetProcAddress& getProcAddress) {
   const Result<gl::Functions> functions = gl::loadFunctions(getProcAddress);
@@ -320,80 +250,102 @@ const std::string& LiveCachesGl::glsl() const { return state_->resolveGlsl; }
 
 void LiveCachesGl::setUniforms(std::uint32_t program) const {
   const State& s = *state_;
-  const std::array<ResolvedVolume, 1> volume{{{s.cells.grid}}};
-  setResolvedVolumes(s.gl_, program, s.names.prefix, std::span(volume).first(s.follows ? 1 : 0));
+  std::array<ResolvedVolume, kMaxCascades> resolved;
+  for (std::size_t l = 0; l < s.volumes.size(); ++l) {
+    const VolumeGrid& grid = s.volumes[l].cells.grid;
+    resolved[l] = {grid, s.volumes[l].at.layer, openFaces(grid, s.volumes[0].cells.grid, l)};
+  }
+  if (s.volumes.hasSky()) resolved[0].open = kAllFaces;
+  setResolvedVolumes(s.gl_, program, s.names.prefix, std::span(resolved).first(s.volumes.size()));
 }
 
 void LiveCachesGl::bind() const {
   const State& s = *state_;
-  if (!s.follows) return;
-  s.cellTexture.bind(s.names.textureUnits[0]);
-  s.planes.bind(s.names.textureUnits[1]);
-  s.light.bind(s.names.textureUnits[2]);
+  if (s.volumes.size() == 0) return;
+  s.volumes.cells().bind(s.names.textureUnits[0]);
+  s.volumes.planes().bind(s.names.textureUnits[1]);
+  s.volumes.light().bind(s.names.textureUnits[2]);
   s.gl_.ActiveTexture(GL_TEXTURE0);
 }
-
-glm::vec3 LiveCachesGl::irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const {
-  State& s = *state_;
-  if (!s.follows) return glm::vec3(0.0f);
-  if (!s.isReadBack) {
-    s.coefficients = coefficients();
-    s.brightest = brightest();
-    s.isReadBack = true;
-  }
-  return readStencil(checkedStencil(s.cells, positionWorld, normal), s.coefficients, s.brightest, normal);
-}
-
-std::uint32_t LiveCachesGl::activeCells() const { return static_cast<std::uint32_t>(state_->cells.active.size()); }
 
 // All texels of all rows.
 std::vector<glm::vec4> LiveCachesGl::State::readLight() const {
   const gl::SavedState saved(gl_);
-  std::vector<glm::vec4> texels(std::size_t{light.rows()} * kTexels * RELUME_LIVE_CACHES_A_ROW);
+  const GrowingRows& light = volumes.light();
+  std::vector<glm::vec4> texels(std::size_t{light.rows()} * kTexelsOfCache * RELUME_LIVE_CACHES_A_ROW);
   if (texels.empty()) return texels;
   light.bind(RELUME_LIVE_UNIT_LIGHT);
   gl_.GetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, texels.data());
   return texels;
 }
 
-std::vector<float> LiveCachesGl::coefficients() const {
-  const std::vector<glm::vec4> texels = state_->readLight();
-  std::vector<float> found(std::size_t{3 * kBasis} * activeCells());
-  for (std::size_t i = 0; i < activeCells(); ++i) {
-    const float* const from = &texels[kTexels * i].x;
+void LiveCachesGl::State::readBack() {
+  if (isReadBack) return;
+  const std::vector<glm::vec4> texels = readLight();
+  const std::size_t slots = texels.size() / kTexelsOfCache;
+  coefficients.resize(3 * kBasis * slots);
+  brightest.resize(slots);
+  for (std::size_t i = 0; i < slots; ++i) {
+    const float* const from = &texels[kTexelsOfCache * i].x;
     for (std::size_t k = 0; k < kBasis; ++k) {
-      for (std::size_t c = 0; c < 3; ++c) found[3 * kBasis * i + kBasis * c + k] = from[3 * k + c];
+      for (std::size_t c = 0; c < 3; ++c) coefficients[3 * kBasis * i + kBasis * c + k] = from[3 * k + c];
     }
+    brightest[i] = std::max(from[3 * kBasis], 0.0f);
   }
-  return found;
+  isReadBack = true;
 }
 
-std::vector<float> LiveCachesGl::brightest() const {
-  const std::vector<glm::vec4> texels = state_->readLight();
-  std::vector<float> found(activeCells());
-  for (std::size_t i = 0; i < found.size(); ++i) found[i] = std::max(texels[kTexels * i + kTexels - 1].w, 0.0f);
-  return found;
+glm::vec3 LiveCachesGl::irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const {
+  State& s = *state_;
+  const std::size_t count = s.volumes.size();
+  if (count == 0) return glm::vec3(0.0f);
+  s.readBack();
+  std::array<VolumeCaches, kMaxCascades> caches;
+  for (std::size_t l = 0; l < count; ++l) {
+    const FollowedVolume& volume = s.volumes[l];
+    caches[l] = {&volume.cells, std::span(s.coefficients).subspan(3 * kBasis * volume.at.firstCache),
+                 std::span(s.brightest).subspan(volume.at.firstCache)};
+  }
+  const std::span<const VolumeCaches> all(caches.data(), count);
+  return nestedIrradiance(all, s.sky, nestedStencil(all, positionWorld, normal), normal);
 }
 
-std::vector<glm::vec3> LiveCachesGl::radiance() const {
+std::uint32_t LiveCachesGl::activeCells() const { return state_->volumes.activeCells(); }
+
+std::vector<float> LiveCachesGl::coefficients(std::size_t level) const {
+  const FollowedVolume& volume = state_->volumes[level];
+  state_->readBack();
+  const auto begin = state_->coefficients.begin() + std::ptrdiff_t{3 * kBasis} * volume.at.firstCache;
+  return {begin, begin + static_cast<std::ptrdiff_t>(3 * kBasis * volume.cells.active.size())};
+}
+
+std::vector<float> LiveCachesGl::brightest(std::size_t level) const {
+  const FollowedVolume& volume = state_->volumes[level];
+  state_->readBack();
+  const auto begin = state_->brightest.begin() + volume.at.firstCache;
+  return {begin, begin + static_cast<std::ptrdiff_t>(volume.cells.active.size())};
+}
+
+std::vector<glm::vec3> LiveCachesGl::radiance(std::size_t level) const {
   const gl::SavedState saved(state_->gl_);
-  return state_->sides.radiance();
+  return state_->volumes[level].sides.radiance();
 }
 
-const gl::LitSides& LiveCachesGl::sides() const { return state_->sides; }
+const gl::LitSides& LiveCachesGl::sides() const { return state_->volumes.outermostSides(); }
 
 std::vector<PassTime> LiveCachesGl::passTimes() const {
-  const auto& ms = state_->timer.passMs();
-  return {{"cells", state_->cellsMs}, {"direct", state_->sides.directMs()}, {"bounce", ms[0]}, {"gather", ms[1]}};
+  State& s = *state_;
+  const auto& ms = s.timer.passMs();
+  double direct = 0.0;
+  for (std::size_t l = 0; l < s.volumes.size(); ++l) direct += s.volumes[l].sides.directMs();
+  return {{"cells", s.cellsMs}, {"direct", direct}, {"bounce", ms[0]}, {"gather", ms[1]}};
 }
 
 std::vector<std::pair<std::string, std::size_t>> LiveCachesGl::bufferSizes() const {
-  const State& s = *state_;
-  auto sizes = s.sides.bufferSizes();
-  sizes.emplace_back("cells", s.cellTexture.bytes() + s.movingTexture.bytes() + s.planes.bytes() +
-                                  s.cacheVoxels.bytes() + s.carried.bytes());
-  sizes.emplace_back("cell light", s.light.bytes() + s.otherLight.bytes() + s.rays.bytes());
-  sizes.emplace_back("side stencils", s.stencils.bytes());
+  auto sizes = state_->volumes.bufferSizes();
+  for (auto& [name, bytes] : sizes) {
+    if (name == "cell light") bytes += state_->rays.bytes();
+  }
   return sizes;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Light without a bake in OpenGL 4.3: the passes of LiveCaches (runtime/live/live_caches.h), each of which a test
+// Light without a bake in OpenGL 4.3: the passes of LiveCaches and NestedCaches (runtime/live), each of which a test
 // compares with its twin there. Voxels and their sides are found on the CPU (runtime/voxels/voxel_volume.h; their bits
 // alone in OpenGL as well: voxels_gl.h); from then on light stays on the GPU:
 //
@@ -16,15 +16,15 @@
 #include "relume/live_light.h"
 #include "relume/relighter.h"
 #include "relume/result.h"
-#include "runtime/live/cell_set.h"
 #include "runtime/live/live_frame.h"
 #include "runtime/passes/programs.h"
-#include "runtime/voxels/voxel_volume.h"
+#include "runtime/voxels/nested_volumes.h"
 
-#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -44,6 +44,12 @@ struct LiveCachesGlOptions {
   LiveGlNames names{};                      // of glsl()
 };
 
+// Volumes that lie in one another, from the outermost on, or one alone.
+struct VolumeRange : std::span<const VoxelVolume> {
+  VolumeRange(const NestedVolumes& volumes) : span(volumes.all()) {}
+  VolumeRange(const VoxelVolume& only) : span(&only, 1) {}
+};
+
 class LiveCachesGl {
  public:
   // Errors of checkLiveOptions() and checkLiveGlNames(); usage: getProcAddress is empty; unsupported: no OpenGL 4.3;
@@ -56,11 +62,11 @@ class LiveCachesGl {
   // Direct light of each side; to be found again whenever the volume has changed. Of the setup its lights count. usage:
   // as Relighter::check(); unsupported: more voxels than OpenGL's buffers hold, after which there is no light until a
   // volume fits; memory. What else is refused leaves last frame's light, here and below.
-  [[nodiscard]] Status lightDirectly(const VoxelVolume& volume, const LightSetup& setup);
+  [[nodiscard]] Status lightDirectly(VolumeRange volumes, const LightSetup& setup);
   // The same as VoxelVolume::lightDirectly() has found it.
-  [[nodiscard]] Status copyDirect(const VoxelVolume& volume);
-  // A frame, as LiveCaches::update(). Errors of checkLiveFrame(), and as above.
-  [[nodiscard]] Status update(const VoxelVolume& volume, const LiveFrame& frame);
+  [[nodiscard]] Status copyDirect(VolumeRange volumes);
+  // A frame, as NestedCaches::update(). Errors of checkLiveFrame(), and as above.
+  [[nodiscard]] Status update(VolumeRange volumes, const LiveFrame& frame);
   // No light, as before the first frame.
   void reset();
 
@@ -73,16 +79,16 @@ class LiveCachesGl {
   void setUniforms(std::uint32_t program) const;
   void bind() const;
 
-  // As LiveCaches::irradiance(). The first call after a frame reads the caches back.
+  // As NestedCaches::irradiance(). The first call after a frame reads the caches back.
   glm::vec3 irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const;
 
   std::uint32_t activeCells() const;
-  // Read back, as LiveCaches::coefficients() and brightest() have them. Waits for the GPU.
-  std::vector<float> coefficients() const;
-  std::vector<float> brightest() const;
-  // Radiance [W/m²/sr] of the sides, read back.
-  std::vector<glm::vec3> radiance() const;
-  // With the texture that has it.
+  // Read back, of one volume, as LiveCaches::coefficients() and brightest() have them. Waits for the GPU.
+  std::vector<float> coefficients(std::size_t level = 0) const;
+  std::vector<float> brightest(std::size_t level = 0) const;
+  // Radiance [W/m²/sr] of its sides, read back.
+  std::vector<glm::vec3> radiance(std::size_t level = 0) const;
+  // The outermost's, with the texture that has it.
   const gl::LitSides& sides() const;
   // Of the last frame that the GPU has finished; "cells" on the CPU.
   std::vector<PassTime> passTimes() const;

@@ -58,16 +58,16 @@ bool GrowingRows::reserve(std::uint32_t wanted) {
   return true;
 }
 
-void GrowingRows::write(std::span<const std::byte> texels) {
+void GrowingRows::write(std::span<const std::byte> texels, std::uint32_t firstRow) {
   const std::size_t row = format_.bytes * width_, full = texels.size() / row;
   const std::size_t rest = (texels.size() - row * full) / format_.bytes;
   bind(RELUME_LIVE_UNIT_CELLS);
   if (full > 0)
-    gl_->TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, static_cast<GLsizei>(width_), static_cast<GLsizei>(full), format_.layout,
-                       format_.type, texels.data());
+    gl_->TexSubImage2D(GL_TEXTURE_2D, 0, 0, static_cast<GLint>(firstRow), static_cast<GLsizei>(width_),
+                       static_cast<GLsizei>(full), format_.layout, format_.type, texels.data());
   if (rest > 0)
-    gl_->TexSubImage2D(GL_TEXTURE_2D, 0, 0, static_cast<GLint>(full), static_cast<GLsizei>(rest), 1, format_.layout,
-                       format_.type, texels.data() + row * full);
+    gl_->TexSubImage2D(GL_TEXTURE_2D, 0, 0, static_cast<GLint>(firstRow + full), static_cast<GLsizei>(rest), 1,
+                       format_.layout, format_.type, texels.data() + row * full);
 }
 
 void GrowingRows::bind(GLuint unit) const {
@@ -79,17 +79,23 @@ void GrowingRows::bindImage(GLuint unit, GLenum access) const {
   gl_->BindImageTexture(unit, name(), 0, GL_FALSE, 0, access, format_.stored);
 }
 
+bool CellTexture::reserve(const glm::ivec3& cells) {
+  if (cells == size_) return false;
+  texture_ = makeTexture(*gl_, GL_TEXTURE_3D);
+  gl_->TexStorage3D(GL_TEXTURE_3D, 1, kWords.stored, cells.x, cells.y, cells.z);
+  size_ = cells;
+  cells_ = static_cast<std::size_t>(cells.x) * static_cast<std::size_t>(cells.y) * static_cast<std::size_t>(cells.z);
+  return true;
+}
+
 void CellTexture::write(int x, int y, int z, const void* words) {
-  if (x != x_ || y != y_ || z != z_) {
-    texture_ = makeTexture(*gl_, GL_TEXTURE_3D);
-    gl_->TexStorage3D(GL_TEXTURE_3D, 1, kWords.stored, x, y, z);
-    x_ = x;
-    y_ = y;
-    z_ = z;
-    cells_ = static_cast<std::size_t>(x) * static_cast<std::size_t>(y) * static_cast<std::size_t>(z);
-  }
+  reserve({x, y, z});
+  writeLayers({x, y, z}, 0, words);
+}
+
+void CellTexture::writeLayers(const glm::ivec3& cells, int layer, const void* words) {
   bind(RELUME_LIVE_UNIT_CELLS);
-  gl_->TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, 0, x, y, z, kWords.layout, kWords.type, words);
+  gl_->TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, layer, cells.x, cells.y, cells.z, kWords.layout, kWords.type, words);
 }
 
 void CellTexture::bind(GLuint unit) const {

@@ -53,8 +53,8 @@ class GrowingRows {
   // Room for so many rows, one at least. True where there was none: what it held is gone. State must be saved, here and
   // below; unit 12 is used.
   bool reserve(std::uint32_t wanted);
-  // Texels of the first rows. The last one may be in part.
-  void write(std::span<const std::byte> texels);
+  // Texels of so many rows from the first on. The last one may be in part.
+  void write(std::span<const std::byte> texels, std::uint32_t firstRow = 0);
   void bind(GLuint unit) const;
   void bindImage(GLuint unit, GLenum access) const;
   GLuint name() const { return texture_.get(); }
@@ -72,14 +72,19 @@ class GrowingRows {
 class CellTexture {
  public:
   explicit CellTexture(const Functions& gl) : gl_(&gl) {}
+  // Room for so many cells. True where there was none: what it held is gone. State must be saved, here and below; unit
+  // 12 is used.
+  bool reserve(const glm::ivec3& cells);
+  // Of all cells, or of a box of them whose layers begin at one.
   void write(int x, int y, int z, const void* words);
+  void writeLayers(const glm::ivec3& cells, int layer, const void* words);
   void bind(GLuint unit) const;
   GLuint name() const { return texture_.get(); }
   std::size_t bytes() const { return kWords.bytes * cells_; }
 
  private:
   const Functions* gl_;
-  int x_ = 0, y_ = 0, z_ = 0;
+  glm::ivec3 size_{0};
   std::size_t cells_ = 0;
   Texture texture_;
 };
@@ -107,6 +112,9 @@ inline glm::ivec3 brickTexels(const glm::ivec3& cells) { return {2 * cells.x, ce
 // Uniforms by their names; those that a program does not have are left.
 inline void setUniform(const Functions& gl, const Program& program, const char* name, std::uint32_t value) {
   gl.ProgramUniform1ui(program.get(), gl.GetUniformLocation(program.get(), name), value);
+}
+inline void setUniform(const Functions& gl, const Program& program, const char* name, std::int32_t value) {
+  gl.ProgramUniform1i(program.get(), gl.GetUniformLocation(program.get(), name), value);
 }
 inline void setUniform(const Functions& gl, const Program& program, const char* name, float value) {
   gl.ProgramUniform1f(program.get(), gl.GetUniformLocation(program.get(), name), value);

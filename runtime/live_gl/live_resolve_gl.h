@@ -21,7 +21,7 @@ struct Functions;
 struct ResolvedVolume {
   VolumeGrid grid;
   int layer = 0;           // of the cells' texture, at which its own begin
-  std::uint32_t open = 0;  // openFaces()
+  std::uint32_t open = 0;  // openFaces(); of the outermost: kAllFaces where cache 0 is the sky's light, else 0
 };
 
 // usage: a prefix that GLSL's names cannot begin with, two units that are the same, one that OpenGL does not have.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Sums of caches of light without a bake, and what lobes find in them. A cache is seven texels: red, green and blue of
 // nine coefficients, one after the other, then the largest channel of its brightest ray, negative where it has not
-// gathered yet. [W/m²/sr]
+// gathered yet and has what it began with. [W/m²/sr]
 layout(binding = RELUME_LIVE_UNIT_LIGHT) uniform sampler2D relumeLiveLight;
 
 vec4 relumeLiveSum[7];
@@ -19,7 +19,7 @@ void relumeLiveClear() {
 void relumeLiveAdd(uint slot, float weight) {
   ivec2 at = relumeLiveCacheAt(slot);
   vec4 last = texelFetch(relumeLiveLight, at + ivec2(6, 0), 0);
-  relumeLiveMost = max(relumeLiveMost, last.w);
+  relumeLiveMost = max(relumeLiveMost, abs(last.w));
   for (int k = 0; k < 6; ++k) relumeLiveSum[k] += weight * texelFetch(relumeLiveLight, at + ivec2(k, 0), 0);
   relumeLiveSum[6] += weight * last;
 }

@@ -16,7 +16,7 @@ int relumeLiveLayer;  // of relumeLiveCells, at which its cells begin
 uniform vec3 relumeLiveOrigin;  // [m] the corner of voxel (0, 0, 0)
 uniform float relumeLiveVoxel;  // [m] edge; 0 = there is no light yet
 uniform uvec3 relumeLiveSize;   // cells
-const int relumeLiveLayer = 0;
+uniform int relumeLiveLayer;    // of relumeLiveCells, at which its cells begin
 #endif
 
 const uint kRelumeLiveNone = 0xFFFFFFFFu;
