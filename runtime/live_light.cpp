@@ -53,10 +53,6 @@ Result<LiveLight> LiveLight::create(const VoxelGeometry& geometry, const LiveLig
     // What is cheap to refuse first.
     std::unique_ptr<LiveBackend> backend;
     if (options.backend == BackendKind::gl) {
-      if (options.cascades > 1 || options.boxFollowsEye)
-        return Error{ErrorCode::unsupported,
-                     "live light: the GL backend has one volume that stays where it is; cascades and boxFollowsEye "
-                     "need the CPU backend"};
       Result<std::unique_ptr<LiveBackend>> made = makeLiveGlBackend(options);
       if (!made) return made.error();
       backend = std::move(*made);

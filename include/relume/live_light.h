@@ -53,10 +53,10 @@ struct LiveLightOptions {
   std::uint32_t cells = 32;
   // [1..4] volumes in one another: the outermost has the box, each other one cells half as large as the one around it,
   // as many along each axis as reach across the box, `cells` at most. Those follow the eye (centre()), and stay within
-  // the box. Each takes the memory and time of a volume. More than one: with the CPU backend alone.
+  // the box. Each takes the memory and time of a volume.
   std::uint32_t cascades = 1;
   // The outermost follows the eye as well and keeps its size: a part of a level that has no end. Within two cells of
-  // its faces light fades into the sky's, as if nothing hid that, which is all that there is beyond. CPU backend alone.
+  // its faces light fades into the sky's, as if nothing hid that, which is all that there is beyond.
   bool boxFollowsEye = false;
   std::optional<glm::vec3> eyeWorld{};  // [m] where create() centres what follows the eye; nothing = the box's middle
   std::uint32_t raysPerCell = 64;       // [8..4096] a frame: time and noise
@@ -107,8 +107,8 @@ class LiveLight {
  public:
   // usage: an option out of range, an index or a number of the geometry's out of its range (the message names surface,
   // mesh, triangle or part), a box that is not finite or inside out, more than 2^25 triangles once they are split into
-  // pieces of at most eight voxels, the GL backend without getProcAddress, bad glNames; unsupported: no OpenGL 4.3,
-  // several cascades or a box that follows the eye with the GL backend; failed: a shader did not compile; memory.
+  // pieces of at most eight voxels, the GL backend without getProcAddress, bad glNames; unsupported: no OpenGL 4.3;
+  // failed: a shader did not compile; memory.
   static Result<LiveLight> create(const VoxelGeometry& geometry, const LiveLightOptions& options);
   LiveLight(LiveLight&&) noexcept;
   LiveLight& operator=(LiveLight&&) noexcept;

@@ -11,10 +11,9 @@ class GlLiveBackend final : public LiveBackend, public LiveGlResolve {
   explicit GlLiveBackend(LiveCachesGl caches) : caches_(std::move(caches)) {}
 
   Status update(NestedVolumes& volumes, const LightSetup& setup, const LiveFrame& frame) override {
-    const VoxelVolume& volume = volumes.outermost();  // there are no others
     if (Status ok = checkLiveFrame(frame); !ok) return ok;
-    if (Status ok = caches_.lightDirectly(volume, setup); !ok) return ok;
-    return caches_.update(volume, frame);
+    if (Status ok = caches_.lightDirectly(volumes, setup); !ok) return ok;
+    return caches_.update(volumes, frame);
   }
   void reset() override { caches_.reset(); }
   glm::vec3 irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const override {

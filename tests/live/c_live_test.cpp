@@ -87,21 +87,24 @@ class CLive : public test::GlTest {
 
 TEST_F(CLive, volumesFollowTheEye) {
   const float eye[3] = {1, 1, 2}, there[3] = {5, 1, 2}, nowhere[3] = {0, std::numeric_limits<float>::quiet_NaN(), 0};
-  desc_.backend = RELUME_BACKEND_CPU;
+  desc_.get_proc_address = [](void*, const char* name) -> relume_gl_proc { return EglContext::getProcAddress(name); };
   desc_.cascades = 2;
   desc_.eye = eye;
   relume_live* live = nullptr;
-  ASSERT_EQ(relume_live_create(host_, &desc_, &live), RELUME_OK) << relume_context_error(host_);
-  ASSERT_EQ(relume_live_update(live, &setup_, nullptr), RELUME_OK) << relume_live_error(live);
-  int moved = 7;
-  EXPECT_EQ(relume_live_centre(live, eye, &moved), RELUME_OK);
-  EXPECT_EQ(moved, 0);
-  EXPECT_EQ(relume_live_centre(live, there, &moved), RELUME_OK);
-  EXPECT_EQ(moved, 1);
-  EXPECT_EQ(relume_live_centre(live, eye, nullptr), RELUME_OK);
-  expectRefused(relume_live_centre(live, nowhere, &moved), "the eye", live);
-  expectRefused(relume_live_centre(live, nullptr, &moved), "eye", live);
-  relume_live_destroy(live);
+  for (const relume_backend backend : {RELUME_BACKEND_CPU, RELUME_BACKEND_GL}) {
+    desc_.backend = backend;
+    ASSERT_EQ(relume_live_create(host_, &desc_, &live), RELUME_OK) << relume_context_error(host_);
+    ASSERT_EQ(relume_live_update(live, &setup_, nullptr), RELUME_OK) << relume_live_error(live);
+    int moved = 7;
+    EXPECT_EQ(relume_live_centre(live, eye, &moved), RELUME_OK);
+    EXPECT_EQ(moved, 0);
+    EXPECT_EQ(relume_live_centre(live, there, &moved), RELUME_OK);
+    EXPECT_EQ(moved, 1);
+    EXPECT_EQ(relume_live_centre(live, eye, nullptr), RELUME_OK);
+    expectRefused(relume_live_centre(live, nowhere, &moved), "the eye", live);
+    expectRefused(relume_live_centre(live, nullptr, &moved), "eye", live);
+    relume_live_destroy(live);
+  }
   desc_.cascades = 5;
   expectRefused(relume_live_create(host_, &desc_, &live), "5 cascades");
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The OpenGL passes of light in volumes that lie in one another against their twins on the CPU.
+#include "relume/live_light.h"
 #include "runtime/live/nested_caches.h"
 #include "runtime/live_gl/live_caches_gl.h"
 #include "tests/live/lit_volumes.h"
@@ -234,6 +235,46 @@ TEST_F(NestedCachesOnGl, framesMakeNoObject) {
   walk(5.2f);
   EXPECT_GT(calls(0, "glDispatchCompute"), 50);
   EXPECT_EQ(objectsMade(0), 0);
+}
+
+// As games call it: the light is the CPU's while the eye walks, in volumes within the level's and in one that follows.
+TEST_F(NestedCachesOnGl, liveLightFollowsTheEye) {
+  VoxelLevel level = hallOfBoxes();
+  for (const bool boxFollowsEye : {false, true}) {
+    LiveLightOptions options;
+    options.cells = 8;
+    options.cascades = 2;
+    options.raysPerCell = 16;
+    options.eyeWorld = {4, 2, 3};
+    options.boxFollowsEye = boxFollowsEye;
+    if (boxFollowsEye) options.boxMax = {6, 4, 6};
+    options.getProcAddress = EglContext::getProcAddress;
+    auto cpu = LiveLight::create(level.geometry(), options);
+    options.backend = BackendKind::gl;
+    auto gl = LiveLight::create(level.geometry(), options);
+    ASSERT_TRUE(cpu && gl) << gl.error().message;
+    const std::vector<Light> lights = lampOfHall();
+    LightSetup setup;
+    setup.lights = lights;
+    LiveFrame frame;
+    frame.sky.radiance = glm::vec3(0.5f);
+    for (const float eye : {4.0f, 5.5f, 7.0f}) {
+      for (LiveLight* const light : {&*cpu, &*gl}) {
+        ASSERT_TRUE(light->centre({eye, 2, 3}));
+        ASSERT_TRUE(light->update(setup, frame));
+        ASSERT_TRUE(light->update(setup, frame));
+      }
+    }
+    EXPECT_EQ(gl->caches(), cpu->caches());
+    for (float x = -3.0f; x < 20.0f; x += 0.31f) {
+      const glm::vec3 e = cpu->irradiance({x, 0, 2}, {0, 1, 0});
+      EXPECT_LT(glm::distance(gl->irradiance({x, 0, 2}, {0, 1, 0}), e), 0.01f * glm::length(e) + 1e-4f) << x;
+    }
+    EXPECT_EQ(gl->irradiance({30, 0, 2}, {0, 1, 0}).x > 1.0f, boxFollowsEye) << "the sky, beyond";
+    options.cascades = 5;
+    EXPECT_FALSE(LiveLight::create(level.geometry(), options));
+    options.cascades = 2;
+  }
 }
 
 // Albedo 1 and volumes that walk: what is there goes round and never grows.

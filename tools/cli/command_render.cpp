@@ -96,7 +96,6 @@ Status checkLive(const RenderArguments& arguments, RenderRequest& request) {
   if (*rsm && arguments.backend != "cpu") return usage("--live-transport rsm runs on the CPU: --backend cpu");
   if (*rsm && !arguments.bake.empty()) return usage("--live-transport rsm lights without a bake: leave out --bake");
   if (arguments.liveRequest.cascades > 1) {
-    if (arguments.backend != "cpu") return usage("--live-cascades runs on the CPU: --backend cpu");
     if (!arguments.bake.empty()) return usage("--live-cascades lights without a bake: leave out --bake");
     if (*rsm) return usage("--live-cascades: --live-transport rsm lights one volume; leave out one of the two");
   }
@@ -348,7 +347,7 @@ void addRenderCommand(CLI::App& app, Action& action) {
   command
       ->add_option("--live-cascades", a->liveRequest.cascades,
                    "volumes in one another about the camera, each with cells half as large as the one around it, with "
-                   "--live and --backend cpu")
+                   "--live")
       ->check(CLI::Range(1u, kMaxCascades))
       ->needs(live)
       ->capture_default_str();

@@ -38,23 +38,25 @@ Status lightCaches(const RenderRequest& request, const ShadowMaps& shadows, std:
   LiveFrame frame;
   frame.emissionScale = glm::vec3(request.drawsEmission() ? 1.0f : 0.0f);
   frame.sky = live.voxels.sky();
-  VoxelVolume& volume = live.voxels.volume();
+  NestedVolumes& volumes = live.voxels.volumes;
   const auto frames = convergeLive(
-      *live.all, live.straight ? &*live.straight : nullptr, volume, frame, request.bounces,
+      *live.all, live.straight ? &*live.straight : nullptr, volumes, frame, request.bounces,
       [&] {
         shadows.setUniforms(live.all->directProgram());
         shadows.bind();
         LightSetup setup;
         setup.lights = lights;
-        return live.all->lightDirectly(volume, setup);
+        return live.all->lightDirectly(volumes, setup);
       },
       context);
   if (!frames) return frames.error();
   live.frames = *frames;
   if (!request.voxels) return done();
   // What the CPU draws of the voxels
-  const std::vector<glm::vec3> radiance = live.all->radiance();
-  for (std::uint32_t s = 0; s < volume.sideCount(); ++s) volume.setRadiance(s, radiance[s]);
+  for (std::size_t level = 0; level < volumes.size(); ++level) {
+    const std::vector<glm::vec3> radiance = live.all->radiance(level);
+    for (std::uint32_t s = 0; s < volumes[level].sideCount(); ++s) volumes[level].setRadiance(s, radiance[s]);
+  }
   return done();
 }
 

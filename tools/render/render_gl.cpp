@@ -20,7 +20,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <optional>
 
 namespace relume {
@@ -215,14 +214,12 @@ class GlRenderer {
 
   // The lit side of the first voxel that each pixel's ray meets.
   void voxels() {
-    const VoxelVolume& volume = live_->voxels.volume();
     const CameraRays rays(request_.camera, request_.width, request_.height);
     for (std::uint32_t i = 0; i < request_.width * request_.height; ++i) {
       glm::vec3 origin, direction;
       rays.at(static_cast<float>(i % request_.width) + 0.5f, static_cast<float>(i / request_.width) + 0.5f, origin,
               direction);
-      const MarchHit hit = volume.march(origin, direction, std::numeric_limits<float>::infinity());
-      if (hit.found) frame_.voxels[i] = volume.radianceAt(hit.voxel, direction);
+      frame_.voxels[i] = live_->voxels.volumes.radianceAlong(origin, direction);
     }
   }
 
