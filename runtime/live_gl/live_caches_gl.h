@@ -48,6 +48,7 @@ struct LiveCachesGlOptions {
 struct VolumeRange : std::span<const VoxelVolume> {
   VolumeRange(const NestedVolumes& volumes) : span(volumes.all()) {}
   VolumeRange(const VoxelVolume& only) : span(&only, 1) {}
+  VolumeRange(std::span<const VoxelVolume> volumes) : span(volumes) {}
 };
 
 class LiveCachesGl {

@@ -8,6 +8,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstring>
 #include <limits>
@@ -111,6 +112,50 @@ TEST_F(LiveJobs, voxelsThatNobodyHasTakenAreNotLost) {
   }
   job.follow(lifted(0.9f), true);
   EXPECT_TRUE(next(job).volume);
+}
+
+// Where OpenGL lights several volumes, those that have changed alone, and none that nobody has taken is lost.
+TEST_F(LiveJobs, volumesThatFollowTheEyeComeOneByOne) {
+  LiveLevelOptions options = kOptions;
+  options.backend = BackendKind::gl;
+  options.cascades = 3;
+  LiveScene scene = lit(1.0f);
+  const glm::vec3 eye = scene.lights.front().positionWorld;
+  LiveJob job(level_, options, eye);
+  const auto follow = [&](const glm::vec3& to) {
+    scene.eyeWorld = to;
+    job.follow(scene, true);
+  };
+  follow(eye);
+  const LitFrame first = next(job);
+  ASSERT_EQ(first.inner.size(), 2u);
+  ASSERT_TRUE(first.volume && first.inner[0] && first.inner[1]);
+  // The innermost moves most often, the outermost not at all.
+  const float step = 0.4f * first.inner[1]->grid().cell();
+  std::array<glm::ivec3, 2> shift{first.inner[0]->grid().shift, first.inner[1]->grid().shift};
+  std::array<int, 2> moved{0, 0};
+  for (int i = 1; i <= 8; ++i) {
+    follow(eye + glm::vec3(step * static_cast<float>(i), 0.0f, 0.0f));
+    const LitFrame found = next(job);
+    EXPECT_FALSE(found.volume);
+    ASSERT_EQ(found.inner.size(), 2u);
+    for (std::size_t l = 0; l < 2; ++l) {
+      if (!found.inner[l]) continue;
+      EXPECT_NE(found.inner[l]->grid().shift, shift[l]);
+      shift[l] = found.inner[l]->grid().shift;
+      ++moved[l];
+    }
+  }
+  EXPECT_GT(moved[0], 0);
+  EXPECT_GT(moved[1], moved[0]);
+  // Both at once, then the innermost before anyone has looked.
+  follow(eye - glm::vec3(1.5f, 0.0f, 0.0f));
+  wait(200);
+  follow(eye - glm::vec3(1.5f - 2.0f * step, 0.0f, 0.0f));
+  wait(200);
+  const LitFrame both = next(job);
+  EXPECT_FALSE(both.volume);
+  EXPECT_TRUE(both.inner[0] && both.inner[1]);
 }
 
 TEST_F(LiveJobs, voxelsComeToLightThatHasSettled) {

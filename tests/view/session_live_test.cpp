@@ -162,6 +162,36 @@ TEST_F(LiveSession, openGlFollowsLampsObjectsAndCells) {
   }
 }
 
+// Volumes in one another, which go with the eye: the light is the CPU's, here and there.
+TEST_F(LiveSession, openGlLightsVolumesAboutTheEye) {
+  options_.live.cascades = 2;
+  options_.live.cells = 12;
+  options_.live.rays = 16;
+  const auto meanLight = [&] {
+    ViewState state = session_->state;
+    state.direct = false;
+    double sum = 0.0;
+    const std::vector<glm::vec3> shown = *session_->viewer->irradiance(state, kWidth, kHeight);
+    for (const glm::vec3& e : shown) sum += static_cast<double>(e.g);
+    return sum / (kWidth * kHeight);
+  };
+  const auto goAndLook = [&](float x) {
+    session_->state.camera.position.x += x;
+    for (int i = 0; i < 25; ++i) frame();
+    return meanLight();
+  };
+  show(0);
+  const double here = goAndLook(0.0f), there = goAndLook(1.5f);
+  session_->state.live.backend = BackendKind::gl;
+  session_->endControls(false);
+  frame();
+  const double onGl = goAndLook(0.0f);
+  EXPECT_NEAR(onGl, there, 0.05 * there);
+  const std::uint32_t voxels = session_->viewer->live()->last().voxels;
+  EXPECT_NEAR(goAndLook(-1.5f), here, 0.05 * here);
+  EXPECT_NE(session_->viewer->live()->last().voxels, voxels) << "no volume has moved";
+}
+
 // At the window's own pace it settles, and then no frame is made.
 TEST_F(LiveSession, openGlSettles) {
   options_.live.backend = BackendKind::gl;

@@ -29,7 +29,7 @@ struct LiveLevelOptions {
   std::uint32_t cells = 32;    // [8..64] on the level's longest side
   std::uint32_t rays = 64;     // [8..4096] of a cell in each frame
   unsigned threads = 0;        // 0 = as many as the machine has
-  std::uint32_t cascades = 1;  // [1..4] volumes in one another about the eye; more than one: by the CPU
+  std::uint32_t cascades = 1;  // [1..4] volumes in one another about the eye
   // What lights the voxels and gathers. gl: not LiveLevel, which then has voxels alone.
   BackendKind backend = BackendKind::cpu;
   bool operator==(const LiveLevelOptions&) const = default;

@@ -4,6 +4,7 @@
 
 #include "tools/base/clock.h"
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <new>
@@ -12,19 +13,30 @@
 namespace relume {
 namespace {
 
-// hasVoxels: they are handed over; isNew: those that were handed over are others.
-LitFrame frameOf(const LiveLevel& level, bool hasLight, bool hasVoxels, bool isNew, std::uint64_t number) {
+// hasVoxels: they are handed over; isNew: of which volumes others than those that were handed over.
+LitFrame frameOf(const LiveLevel& level, bool hasLight, bool hasVoxels, const std::vector<bool>& isNew,
+                 std::uint64_t number) {
   const std::span<const VoxelRadiance> radiance = level.volume().radiance();
+  const auto copyOf = [&](std::size_t l) {
+    return hasVoxels && isNew[l] ? std::make_unique<VoxelVolume>(level.volumes()[l]) : nullptr;
+  };
+  std::vector<std::unique_ptr<VoxelVolume>> inner;
+  for (std::size_t l = 1; hasVoxels && l < isNew.size(); ++l) inner.push_back(copyOf(l));
   return {hasLight ? texelsOf(level.light()) : LiveTexels{},
-          hasVoxels && isNew ? std::make_unique<VoxelVolume>(level.volume()) : nullptr,
+          copyOf(0),
           hasLight && hasVoxels ? std::vector<VoxelRadiance>(radiance.begin(), radiance.end())
                                 : std::vector<VoxelRadiance>(),
+          std::move(inner),
           number,
           level.volumes().stats().occupied,
           level.light().activeCells(),
           level.isSettled(),
           level.passTimes(),
           level.bufferSizes()};
+}
+
+bool hasCopies(const LitFrame& frame) {
+  return frame.volume || std::ranges::any_of(frame.inner, [](const auto& volume) { return volume != nullptr; });
 }
 
 }  // namespace
@@ -44,9 +56,10 @@ LiveJob::~LiveJob() {
 
 // What waits to be taken goes without its voxels.
 void LiveJob::dropVoxels() {
-  handedOver_ = {0, 0};
+  handedOver_.clear();
   if (!result_ || !*result_) return;
   (*result_)->volume.reset();
+  (*result_)->inner.clear();
   (*result_)->radiance.clear();
 }
 
@@ -69,7 +82,7 @@ void LiveJob::follow(LiveScene scene, bool wantsVoxels) {
 void LiveJob::followOnce(LiveScene scene, double seconds, bool wantsVoxels) {
   const std::lock_guard lock(mutex_);
   changeWish(wantsVoxels);
-  if (result_ && *result_ && (*result_)->volume) dropVoxels();
+  if (result_ && *result_ && hasCopies(**result_)) dropVoxels();
   next_ = std::move(scene);
   step_ = seconds;
   isWanted_ = true;
@@ -126,8 +139,14 @@ void LiveJob::frames(LiveLevel& level, bool hasLight) {
     const double begin = clockSeconds();
     const Status status = level.update(now, step.value_or(begin - last));
     last = begin;
-    const Versions versions(level.volume().standingVersion(), level.volume().movingVersion());
-    Result<LitFrame> found = status ? Result<LitFrame>(frameOf(level, hasLight, hasVoxels, versions != before, number))
+    // Who lights on the GPU takes all volumes, cones the outermost.
+    Versions versions;
+    std::vector<bool> isNew;
+    for (std::size_t l = 0; l < (hasLight ? 1 : level.volumes().size()); ++l) {
+      versions.emplace_back(level.volumes()[l].standingVersion(), level.volumes()[l].movingVersion());
+      isNew.push_back(l >= before.size() || versions[l] != before[l]);
+    }
+    Result<LitFrame> found = status ? Result<LitFrame>(frameOf(level, hasLight, hasVoxels, isNew, number))
                                     : Result<LitFrame>(status.error());
     lock.lock();
     handOver(std::move(found), versions);
@@ -137,16 +156,18 @@ void LiveJob::frames(LiveLevel& level, bool hasLight) {
   }
 }
 
-// In place of what nobody has taken yet, whose copy of the voxels is not lost unless a newer one takes its place.
+// In place of what nobody has taken yet, whose copies of the voxels are not lost unless newer ones take their place.
 void LiveJob::handOver(Result<LitFrame> found, const Versions& versions) {
-  std::unique_ptr<VoxelVolume> waits;
-  if (result_ && *result_) waits = std::move((*result_)->volume);
-  if (found && found->volume) {
-    handedOver_ = versions;
-  } else if (found) {
-    found->volume = std::move(waits);
-  } else if (waits) {
-    handedOver_ = {0, 0};
+  LitFrame waits;
+  if (result_ && *result_) waits = std::move(**result_);
+  if (!found) {
+    if (hasCopies(waits)) handedOver_.clear();
+  } else {
+    if (hasCopies(*found)) handedOver_ = versions;
+    if (!found->volume) found->volume = std::move(waits.volume);
+    for (std::size_t l = 0; l < waits.inner.size() && l < found->inner.size(); ++l) {
+      if (!found->inner[l]) found->inner[l] = std::move(waits.inner[l]);
+    }
   }
   result_.emplace(std::move(found));
   if (!wantsVoxels_) dropVoxels();  // since the frame began

@@ -26,6 +26,8 @@ struct LitFrame {
   // the CPU lights them what they send out, in the order of VoxelVolume::radiance().
   std::unique_ptr<VoxelVolume> volume;
   std::vector<VoxelRadiance> radiance;
+  // The same of the volumes that lie in it, where OpenGL lights several. [Size 0 or the others]
+  std::vector<std::unique_ptr<VoxelVolume>> inner;
   std::uint64_t number = 0;  // counted from 1
   std::uint32_t voxels = 0, caches = 0;
   bool isSettled = false;  // no more come unless something changes
@@ -56,7 +58,8 @@ class LiveJob {
   Result<LitFrame> wait();
 
  private:
-  using Versions = std::pair<std::uint64_t, std::uint64_t>;  // of a volume: what stands, what moves
+  // Of each volume that is handed over, from the outermost on: what stands, what moves.
+  using Versions = std::vector<std::pair<std::uint64_t, std::uint64_t>>;
 
   void run(const Scene& scene, const LiveLevelOptions& options, const std::optional<glm::vec3>& eyeWorld);
   void frames(LiveLevel& level, bool hasLight);
@@ -71,7 +74,7 @@ class LiveJob {
   std::optional<double> step_;  // [s] of followOnce()
   bool isWanted_ = false, stop_ = false;
   bool wantsVoxels_ = false;
-  Versions handedOver_{0, 0};     // of the copy that was taken, or waits in result_; 0 = there is none
+  Versions handedOver_;           // of the copies that were taken, or wait in result_; empty = there are none
   std::optional<Error> refused_;  // why there will be no frames
   std::optional<Result<LitFrame>> result_;
   std::thread thread_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <span>
 #include <thread>
 
 namespace relume {
@@ -15,11 +16,20 @@ Result<LiveOnGpu> LiveOnGpu::create(const LiveLevelOptions& options, const GetPr
   return LiveOnGpu(std::move(*caches), threads);
 }
 
-void LiveOnGpu::take(std::unique_ptr<VoxelVolume> volume) {
-  // The threads of the job that has found it go on with the next.
-  volume->useParallelFor(threads_->parallelFor());
-  volume_ = std::move(volume);
-  isNew_ = true;
+void LiveOnGpu::take(LitFrame& found) {
+  const auto takeOne = [&](std::size_t level, std::unique_ptr<VoxelVolume> volume) {
+    if (!volume) return;
+    // The threads of the job that has found it go on with the next.
+    volume->useParallelFor(threads_->parallelFor());
+    if (level < volumes_.size()) {
+      volumes_[level] = std::move(*volume);
+    } else {
+      volumes_.push_back(std::move(*volume));
+    }
+    isNew_ = true;
+  };
+  takeOne(0, std::move(found.volume));
+  for (std::size_t l = 0; l < found.inner.size(); ++l) takeOne(l + 1, std::move(found.inner[l]));
 }
 
 Result<bool> LiveOnGpu::update(const LiveScene& scene, double seconds, const ShadowMaps& shadows) {
@@ -30,13 +40,14 @@ Result<bool> LiveOnGpu::update(const LiveScene& scene, double seconds, const Sha
     shadows.bind();
     LightSetup setup;
     setup.lights = scene.lights;
-    if (Status ok = caches_.lightDirectly(*volume_, setup); !ok) return ok.error();
+    if (Status ok = caches_.lightDirectly(std::span<const VoxelVolume>(volumes_), setup); !ok) return ok.error();
   }
   isNew_ = false;
   last_ = scene;
   pace_.begin(isStill, seconds);
   for (int bounce = 0; bounce < std::max(scene.bounces, 1); ++bounce) {
-    if (Status ok = caches_.update(*volume_, pace_.frame(scene, bounce)); !ok) return ok.error();
+    if (Status ok = caches_.update(std::span<const VoxelVolume>(volumes_), pace_.frame(scene, bounce)); !ok)
+      return ok.error();
   }
   pace_.end(scene);
   return true;

@@ -9,6 +9,7 @@
 #include "tools/base/worker_threads.h"
 #include "tools/gl_scene/shadow_maps.h"
 #include "tools/render/live_level.h"
+#include "tools/view/live_job.h"
 
 #include <memory>
 #include <optional>
@@ -23,16 +24,16 @@ class LiveOnGpu {
   // Errors of LiveCachesGl.
   static Result<LiveOnGpu> create(const LiveLevelOptions& options, const GetProcAddress& getProcAddress);
 
-  // Voxels that are lit from now on.
-  void take(std::unique_ptr<VoxelVolume> volume);
-  bool hasVoxels() const { return volume_ != nullptr; }
+  // Voxels that are lit from now on: those of a frame that are new.
+  void take(LitFrame& found);
+  bool hasVoxels() const { return !volumes_.empty(); }
   // A frame, `seconds` after the one before; none where light has settled, and false then. Changes program, buffer and
   // texture bindings that the viewer sets before each draw. Errors of LiveCachesGl.
   Result<bool> update(const LiveScene& scene, double seconds, const ShadowMaps& shadows);
   bool isSettled() const { return pace_.isSettled(); }
 
   const LiveCachesGl& caches() const { return caches_; }
-  const VoxelVolume& volume() const { return *volume_; }  // [hasVoxels()]
+  const VoxelVolume& volume() const { return volumes_.front(); }  // the outermost [hasVoxels()]
   // Of the last frame that the GPU has finished.
   std::vector<PassTime> passTimes() const { return caches_.passTimes(); }
 
@@ -42,8 +43,8 @@ class LiveOnGpu {
 
   LiveCachesGl caches_;
   std::unique_ptr<WorkerThreads> threads_;  // that find the caches' places
-  std::unique_ptr<VoxelVolume> volume_;
-  bool isNew_ = false;  // the volume: not lit yet
+  std::vector<VoxelVolume> volumes_;        // from the outermost on
+  bool isNew_ = false;                      // one of them: not lit yet
   std::optional<LiveScene> last_;
   LivePace pace_;
 };

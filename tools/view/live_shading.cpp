@@ -81,15 +81,15 @@ void LiveShading::takeVoxels(LitFrame& found) {
 Status LiveShading::show(LitFrame found) {
   const LiveTexels texels = std::exchange(found.texels, {});
   if (options_.backend == BackendKind::gl) {
-    std::unique_ptr<VoxelVolume> volume = std::move(found.volume);
-    if (!volume) return done();
+    const bool isNew = found.volume || std::ranges::any_of(found.inner, [](const auto& v) { return v != nullptr; });
+    if (!isNew) return done();
     volume_.reset();
     if (next_) {
       shown_.reset();
       shown_.emplace(std::move(*next_));
       next_.reset();
     }
-    shown_->take(std::move(volume));
+    shown_->take(found);
     found.number = last_.number;
     last_ = std::move(found);
     return done();

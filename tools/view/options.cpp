@@ -61,7 +61,7 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--live-cascades", o.live.cascades,
                  "volumes in one another about the eye that light a level without a bake, each with cells half as "
-                 "large as the one around it; more than one light it on the CPU")
+                 "large as the one around it")
       ->check(CLI::Range(1u, kMaxCascades))
       ->capture_default_str();
   app.add_option("--live-rays", o.live.rays, "rays that a cell gathers by in each frame")
@@ -142,9 +142,7 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   }
   if (!parseSize(size, o.width, o.height))
     return Error{ErrorCode::usage, "--size: WIDTHxHEIGHT of 16..8192 pixels each expected, \"" + size + "\" found"};
-  if (liveBackend == "gl" && o.live.cascades > 1)
-    return Error{ErrorCode::usage, "--live-backend gl lights one volume: leave it out, or --live-cascades"};
-  o.choosesLiveBackend = liveBackend == "auto" && o.live.cascades == 1;
+  o.choosesLiveBackend = liveBackend == "auto";
   o.live.backend = liveBackend == "gl" ? BackendKind::gl : BackendKind::cpu;
   if (!bands.empty()) {
     const std::optional<Bands> named = bandsByName(bands);

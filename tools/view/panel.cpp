@@ -62,19 +62,14 @@ void liveControls(Session& session) {
   constexpr auto kFlags = ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic;
   if (ImGui::SliderInt("rays", &rays, 8, 1024, "%d", kFlags)) state.live.rays = static_cast<std::uint32_t>(rays);
   int backend = state.live.backend == BackendKind::cpu ? 1 : 0;
-  if (ImGui::Combo("by", &backend, "OpenGL\0CPU\0")) {
+  if (ImGui::Combo("by", &backend, "OpenGL\0CPU\0"))
     state.live.backend = backend == 1 ? BackendKind::cpu : BackendKind::gl;
-    if (state.live.backend == BackendKind::gl) state.live.cascades = 1;
-  }
   glossControls(session.level->hasGloss, state);
   ImGui::Checkbox("mirror by cones", &state.cones);
   ImGui::Checkbox("relight", &state.relight);
-  // Several volumes are the CPU's alone.
   int cascades = static_cast<int>(state.live.cascades);
-  if (ImGui::SliderInt("cascades", &cascades, 1, kMaxCascades, "%d", ImGuiSliderFlags_AlwaysClamp)) {
+  if (ImGui::SliderInt("cascades", &cascades, 1, kMaxCascades, "%d", ImGuiSliderFlags_AlwaysClamp))
     state.live.cascades = static_cast<std::uint32_t>(cascades);
-    if (cascades > 1) state.live.backend = BackendKind::cpu;
-  }
 }
 
 // The kind of the bake's links. Another is another bake, by the options that made this one.
