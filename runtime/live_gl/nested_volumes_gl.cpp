@@ -205,9 +205,7 @@ Status NestedVolumesGl::follow(std::span<const VoxelVolume> volumes) {
     const VolumeGrid& grid = volumes[l].grid();
     if (!isOf(l)) {
       const FollowedVolume* const before = l < size() ? volumes_[l].get() : nullptr;
-      const bool isShift = before != nullptr && before->cells.grid.sharesCells(grid) &&
-                           before->contentVersion == volumes[l].contentVersion();
-      next[l].cells = isShift ? findCells(volumes[l], before->cells) : findCells(volumes[l]);
+      next[l].cells = before != nullptr ? findChangedCells(volumes[l], before->cells).cells : findCells(volumes[l]);
     }
     next[l].caches = static_cast<std::uint32_t>((isOf(l) ? volumes_[l]->cells : *next[l].cells).active.size());
     next[l].voxels = numbersOf(volumes[l]);
@@ -261,7 +259,6 @@ Status NestedVolumesGl::follow(std::span<const VoxelVolume> volumes) {
     if (next[l].cells) findStencils(*volumes_[l]);
     volumes_[l]->standingVersion = volumes[l].standingVersion();
     volumes_[l]->movingVersion = volumes[l].movingVersion();
-    volumes_[l]->contentVersion = volumes[l].contentVersion();
   }
   waitForShaders(gl_);
   if (gl_.GetError() != GL_OUT_OF_MEMORY) return done();

@@ -49,7 +49,7 @@ struct FollowedVolume {
   SharedPlaces at;
   LitSides sides;
   GrowingBuffer stencils;  // live_stencils.comp
-  std::uint64_t standingVersion = 0, movingVersion = 0, contentVersion = 0;
+  std::uint64_t standingVersion = 0, movingVersion = 0;
   std::uint32_t standingKept = 0;
   bool moves = false;  // something does
 };

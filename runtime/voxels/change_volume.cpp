@@ -293,7 +293,6 @@ Result<VoxelVolume::Change> VoxelVolume::findShift(const glm::ivec3& shift) cons
 
 void VoxelVolume::take(Change change) noexcept {
   if (change.parts) parts_ = std::move(*change.parts);
-  if (!change.grid) contentVersion_ = newVersion();
   if (change.grid) grid_ = *change.grid;
   if (change.standing) {
     standing_ = std::move(*change.standing);
@@ -323,7 +322,6 @@ Status VoxelVolume::fillAll() {
   }
   standingVersion_ = newVersion();
   movingVersion_ = newVersion();
-  contentVersion_ = newVersion();
   bits_.resize(grid_.cellCount());
   join(sideLight(standing_, moving_, 0));
   voxeliseMs_ = watch.lap();

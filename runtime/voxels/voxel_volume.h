@@ -135,8 +135,6 @@ class VoxelVolume {
   // for copies.
   std::uint64_t standingVersion() const { return standingVersion_; }
   std::uint64_t movingVersion() const { return movingVersion_; }
-  // Changes with both of them, but for findShift(): what there is is the same, and the grid elsewhere.
-  std::uint64_t contentVersion() const { return contentVersion_; }
   VoxelStats stats() const;
   // Of the last call of each pass.
   std::vector<PassTime> passTimes() const;
@@ -189,7 +187,7 @@ class VoxelVolume {
   std::vector<std::uint64_t> bits_;
   std::vector<glm::vec3> direct_;
   std::vector<VoxelRadiance> radiance_;  // of standing voxels that are kept, then of moving ones
-  std::uint64_t standingVersion_ = 0, movingVersion_ = 0, contentVersion_ = 0;
+  std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
   double voxeliseMs_ = 0.0, moveMs_ = 0.0, directMs_ = 0.0, reflectMs_ = 0.0;
 };
 
