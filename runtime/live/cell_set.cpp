@@ -8,7 +8,6 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -106,97 +105,6 @@ glm::vec3 stepOut(const CellSet& cells, glm::vec3 place) {
   return place;
 }
 
-}  // namespace
-
-bool CellChanges::seesTheSame(const VolumeGrid& grid, const glm::ivec3& cell, int reach) const {
-  if (distance[grid.cellIndex(cell)] <= reach) return false;
-  // Rays end at faces of the grid, which have moved as well.
-  for (int k = 0; k < 3; ++k) {
-    if (by[k] == 0) continue;
-    const int low = std::min(cell[k], cell[k] + by[k]) - reach, high = std::max(cell[k], cell[k] + by[k]) + reach;
-    if (low < 0 || high >= grid.cells[k]) return false;
-  }
-  return true;
-}
-
-namespace {
-
-// Numbers, in their order, in one.
-class Digest {
- public:
-  void add(std::uint64_t value) {
-    sum_ = (sum_ ^ value) * 0x9E3779B97F4A7C15u;
-    sum_ ^= sum_ >> 29;
-  }
-  void add(const glm::vec3& v) {
-    add(std::uint64_t{std::bit_cast<std::uint32_t>(v.x)} << 32 | std::bit_cast<std::uint32_t>(v.y));
-    add(std::bit_cast<std::uint32_t>(v.z));
-  }
-  std::uint64_t sum() const { return sum_; }
-
- private:
-  std::uint64_t sum_ = 0;
-};
-
-// Of each cell of a layer what tells where caches stand: voxels, and where their sides are and face.
-void addContent(const VoxelLayer& layer, const ParallelFor& parallelFor, std::span<std::uint64_t> content) {
-  forChunks(parallelFor, static_cast<std::uint32_t>(content.size()), 64 * kCellsOfChunk,
-            [&](std::uint32_t begin, std::uint32_t end) {
-              for (std::uint32_t c = begin; c < end; ++c) {
-                if (layer.bits[c] == 0) continue;
-                Digest digest;
-                digest.add(content[c]);
-                digest.add(layer.bits[c]);
-                const auto count = static_cast<std::uint32_t>(std::popcount(layer.bits[c]));
-                for (std::uint32_t v = layer.first[c]; v < std::min(layer.first[c] + count, layer.kept); ++v) {
-                  digest.add(layer.axis[v]);
-                  for (std::size_t s = 0; s < 2; ++s) {
-                    const VoxelSide& side = layer.side[2 * std::size_t{v} + s];
-                    digest.add(side.positionWorld);
-                    digest.add(side.normal);
-                    digest.add(side.area == 0.0f ? 0 : 1);
-                  }
-                }
-                content[c] = digest.sum();
-              }
-            });
-}
-
-// The least of each number and of its neighbours' along an axis, one more for each cell on the way.
-void spread(const VolumeGrid& grid, int axis, std::vector<std::uint8_t>& distance) {
-  const std::uint32_t stride = axis == 0 ? 1 : grid.cellIndex(axis == 1 ? glm::ivec3(0, 1, 0) : glm::ivec3(0, 0, 1));
-  const std::vector<std::uint8_t> from = distance;
-  for (std::uint32_t c = 0; c < from.size(); ++c) {
-    const int at = grid.cellAt(c)[axis], last = grid.cells[axis] - 1;
-    int least = from[c];
-    for (int d = 1; d < least; ++d) {
-      // Cells at a distance are reached by the farther of the ways along the axes.
-      const auto step = static_cast<std::uint32_t>(d) * stride;
-      if (at - d >= 0) least = std::min(least, std::max<int>(from[c - step], d));
-      if (at + d <= last) least = std::min(least, std::max<int>(from[c + step], d));
-    }
-    distance[c] = static_cast<std::uint8_t>(least);
-  }
-}
-
-// The grids share their cells.
-CellChanges changesSince(const CellSet& cells, const CellSet& before) {
-  const VolumeGrid& grid = cells.grid;
-  CellChanges changes;
-  changes.by = grid.shift - before.grid.shift;
-  constexpr std::uint8_t kFar = kStencilReach + 1;
-  changes.distance.assign(grid.cellCount(), kFar);
-  bool isAny = false;
-  for (std::uint32_t c = 0; c < changes.distance.size(); ++c) {
-    const glm::ivec3 was = grid.cellAt(c) + changes.by;
-    if (before.grid.holdsCell(was) && before.content[before.grid.cellIndex(was)] == cells.content[c]) continue;
-    changes.distance[c] = 0;
-    isAny = true;
-  }
-  for (int axis = 0; axis < 3 && isAny; ++axis) spread(grid, axis, changes.distance);
-  return changes;
-}
-
 // What a volume's layers are, cell by cell. before: null, or what was found of a volume whose cells it shares.
 CellSet contentOf(const VoxelVolume& volume, const CellSet* before) {
   CellSet cells;
@@ -281,7 +189,7 @@ ChangedCells findChangedCells(const VoxelVolume& volume, const CellSet& before) 
     return found;
   }
   ChangedCells found{contentOf(volume, &before), {}};
-  found.changes = changesSince(found.cells, before);
+  found.changes = changesSince(before.grid, before.content, found.cells.grid, found.cells.content);
   placeCaches(volume, &before, found.changes, found.cells);
   return found;
 }

@@ -2,6 +2,7 @@
 // The cells of a volume that hold a cache, where in its cell each one stands, and which caches a receiver reads.
 #pragma once
 
+#include "runtime/live/cell_changes.h"
 #include "runtime/voxels/voxel_volume.h"
 
 #include <array>
@@ -30,18 +31,10 @@ struct CellSet {
 // Deviation: CRC takes places anywhere in a cell. Here the cache stands in the free voxel from which its rays meet the
 // fewest backs of surfaces, of these the one nearest to the cell's middle: not behind the wall that the cell lights.
 CellSet findCells(const VoxelVolume& volume);
-inline constexpr int kPlaceReach = 4;    // cells whose voxels tell where a cell's cache stands
-inline constexpr int kStencilReach = 6;  // and where those stand that a receiver in a cell reads
 
-// How far from each cell something is other than it was when `before` was found: that a volume's grid has moved, that
-// parts have, or were edited.
-struct CellChanges {
-  glm::ivec3 by{0};                    // cells from the grid before to the grid now
-  std::vector<std::uint8_t> distance;  // [Size cells] along the axis in which it is largest, kStencilReach + 1 at most
-
-  // Whether what lies within so many cells of a cell is the same. [reach: 0..kStencilReach]
-  bool seesTheSame(const VolumeGrid& grid, const glm::ivec3& cell, int reach) const;
-};
+inline constexpr int kPlaceReach = 4;  // cells whose voxels tell where a cell's cache stands
+// And where those stand that a receiver in a cell reads.
+inline constexpr int kStencilReach = kFarthestChange;
 
 // The same of a volume of which `before` was found: caches far from all that has changed stand where they stood.
 struct ChangedCells {

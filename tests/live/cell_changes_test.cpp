@@ -123,7 +123,7 @@ TEST(CellChanges, areSoManyCellsAway) {
   const ChangedCells found = findChangedCells(*volume, before);
   for (std::uint32_t c = 0; c < found.changes.distance.size(); ++c) {
     const glm::ivec3 d = glm::abs(now.grid.cellAt(c) - at);
-    EXPECT_EQ(found.changes.distance[c], std::min(std::max({d.x, d.y, d.z}), kStencilReach + 1)) << c;
+    EXPECT_EQ(found.changes.distance[c], std::min(std::max({d.x, d.y, d.z}), kFarthestChange + 1)) << c;
   }
 }
 
