@@ -77,13 +77,17 @@ Result<VoxelVolume> VoxelVolume::create(const VoxelGeometry& geometry, const Vox
     volume.grid_ = fitGrid(box.min, box.max, options.cells);
     volume.grid_.roams = options.roams;
     volume.surfaces_.assign(geometry.surfaces.begin(), geometry.surfaces.end());
-    std::vector<Mesh> meshes;
-    for (const VoxelMesh& mesh : geometry.meshes) {
-      meshes.push_back({{mesh.position.begin(), mesh.position.end()},
-                        {mesh.triangle.begin(), mesh.triangle.end()},
-                        {mesh.surface.begin(), mesh.surface.end()},
-                        findRuns(mesh, geometry.surfaces)});
-    }
+    std::vector<Mesh> meshes(geometry.meshes.size());
+    forChunks(options.parallelFor, static_cast<std::uint32_t>(meshes.size()), 1,
+              [&](std::uint32_t first, std::uint32_t last) {
+                for (std::uint32_t m = first; m < last; ++m) {
+                  const VoxelMesh& mesh = geometry.meshes[m];
+                  meshes[m] = {{mesh.position.begin(), mesh.position.end()},
+                               {mesh.triangle.begin(), mesh.triangle.end()},
+                               {mesh.surface.begin(), mesh.surface.end()},
+                               findRuns(mesh, geometry.surfaces)};
+                }
+              });
     volume.meshes_ = std::make_shared<const std::vector<Mesh>>(std::move(meshes));
     for (const VoxelPart& part : geometry.parts) volume.parts_.push_back({part, true});
     volume.surfaceBudget_ = options.surfaceBudget;
