@@ -2,6 +2,7 @@
 // What each side of a voxel sends out: albedo (direct + bounced) / pi + emission, as LiveCaches::bounce() and
 // VoxelVolume::reflect() have it. The front's texel has the voxel's axis beside it.
 #include "shared/layout.h"
+#define RELUME_LIVE_LAYERED
 #include "lib/live_volume.glsl"
 #include "lib/live_read.glsl"
 #include "lib/live_threads.glsl"
@@ -18,13 +19,13 @@ uniform int relumeFirstRow;  // of the image, that has this volume's sides
 
 vec3 bounced(uint s, vec3 n) {
   uint word = stencil[5u * s];
-  ivec3 first = ivec3(word & 1023u, word >> 10 & 1023u, word >> 20) - 2;
+  ivec3 first = ivec3(word & 1023u, word >> 10 & 1023u, word >> 20) + ivec3(-2, -2, relumeLiveLayer - 2);
   relumeLiveClear();
   for (uint k = 0u; k < 8u; ++k) {
     vec2 pair = unpackUnorm2x16(stencil[5u * s + 1u + k / 2u]);
     float weight = (k & 1u) == 0u ? pair.x : pair.y;
     if (weight == 0.0) continue;
-    uint cache = relumeLiveCell(first + ivec3(k & 1u, k >> 1 & 1u, k >> 2)).w;
+    uint cache = texelFetch(relumeLiveCells, first + ivec3(k & 1u, k >> 1 & 1u, k >> 2), 0).w;
     relumeLiveAdd(cache >> 6, weight);
   }
   return relumeLiveIrradianceOfSum(n);

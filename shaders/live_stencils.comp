@@ -2,6 +2,7 @@
 // The caches that each side of a voxel reads: once after voxels or caches have changed. Of five words the first has the
 // cell of corner 0, counted from -2 on, and the others the weights of the eight corners.
 #include "shared/layout.h"
+#define RELUME_LIVE_LAYERED
 #include "lib/live_stencil.glsl"
 #include "lib/live_threads.glsl"
 

@@ -6,7 +6,7 @@
 layout(binding = RELUME_LIVE_UNIT_CELLS) uniform usampler3D relumeLiveCells;
 //
 // RELUME_LIVE_NESTED: there are several, whose layers of cells follow one another in the texture; these are of the one
-// that is read.
+// that is read. RELUME_LIVE_LAYERED: of one of them, whichever.
 #ifdef RELUME_LIVE_NESTED
 vec3 relumeLiveOrigin;
 float relumeLiveVoxel;
@@ -16,7 +16,11 @@ int relumeLiveLayer;  // of relumeLiveCells, at which its cells begin
 uniform vec3 relumeLiveOrigin;  // [m] the corner of voxel (0, 0, 0)
 uniform float relumeLiveVoxel;  // [m] edge; 0 = there is no light yet
 uniform uvec3 relumeLiveSize;   // cells
-uniform int relumeLiveLayer;    // of relumeLiveCells, at which its cells begin
+#ifdef RELUME_LIVE_LAYERED
+uniform int relumeLiveLayer;
+#else
+const int relumeLiveLayer = 0;
+#endif
 #endif
 
 const uint kRelumeLiveNone = 0xFFFFFFFFu;
