@@ -40,6 +40,10 @@ constexpr double kWorkerNodeBytes = 48.0;  // a node, in each thread that links
 
 std::string number(double count) { return std::to_string(static_cast<std::uint64_t>(count)); }
 
+double sendersOf(const Surfels& surfels, const BakeOptions& options) {
+  return static_cast<double>(surfels.count()) + options.links.skyPatches;
+}
+
 double linkBytes(const LinkOptions& options) {
   switch (options.kind) {
     case LinkKind::sh:
@@ -89,9 +93,13 @@ Status reserveSurfels(const Scene& scene, const PlaySpace& space, const SurfelOp
                        isEliminated ? "lower --surfels or surfels.candidateFactor" : "lower --surfels");
 }
 
+double hierarchyBytes(const Surfels& surfels, const BakeOptions& options) {
+  return kClusterBytes * sendersOf(surfels, options);
+}
+
 Status reserveHierarchy(const Surfels& surfels, const BakeOptions& options, Context& context) {
-  const double senders = static_cast<double>(surfels.count()) + options.links.skyPatches;
-  return reserveMemory(context, "hierarchy", kClusterBytes * senders, number(senders) + " senders", "lower --surfels");
+  return reserveMemory(context, "hierarchy", hierarchyBytes(surfels, options),
+                       number(sendersOf(surfels, options)) + " senders", "lower --surfels");
 }
 
 Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const LinkOptions& options, Context& context,

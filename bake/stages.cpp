@@ -5,6 +5,7 @@
 #include "bake/base/memory_budget.h"
 #include "bake/caches/caches.h"
 #include "bake/certificate/certify.h"
+#include "bake/clustering_beside.h"
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/scene/check_limits.h"
 #include "bake/stage_memory.h"
@@ -96,15 +97,14 @@ Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, c
                  [&] { return placeSurfels(*tracer, *space, options.surfels, options.seed, context, mapLookups); });
   });
   if (!placed) return placed.error();
-  auto hierarchy = runStage(context, "hierarchy", [&] {
-    return needs(reserveHierarchy(placed->surfels, options, context), [&] {
-      return clusterSurfels(*tracer, placed->surfels, options.links.skyPatches, options.clustering, context);
-    });
-  });
-  if (!hierarchy) return hierarchy.error();
+  ClusteringBeside clustering(*tracer, placed->surfels, options, context);
 
-  // 2. Receivers: where light is gathered (PIC 4.4)
+  // 2. Receivers: where light is gathered (PIC 4.4), and what remains of the senders' tree
   auto caches = stages.placeCaches(*tracer, *space, context);
+  const bool mayBeMemory = !caches && clustering.isBeside() && !context.cancelled();
+  auto hierarchy = runStage(context, "hierarchy", [&] { return clustering.take(); });
+  if (!hierarchy) return hierarchy.error();
+  if (mayBeMemory) caches = stages.placeCaches(*tracer, *space, context);
   if (!caches) return caches.error();
 
   // 3. What rays find, for the certificate: one for every so many that links are traced with

@@ -121,7 +121,7 @@ int runPlan(const BakeArguments& arguments) {
   const Result<BakeOptions> options = chooseOptions(arguments, presetOptions(arguments.preset));
   if (!options) return fail(options.error());
   Terminal terminal(arguments.terminal, stagesOf(*options,
-                                                 {"import", "rays", "play space", "surfels", "hierarchy", "caches",
+                                                 {"import", "rays", "play space", "surfels", "caches", "hierarchy",
                                                   "test rays", "receivers", "provenance"},
                                                  0.0));
   Context& context = terminal.context();
