@@ -37,6 +37,8 @@ void parallelChunks(Context& context, std::string_view stage, std::size_t count,
     }
   };
 
+  if (chunks == 1) return run(0);
+
   // An arena is no larger than what oneTBB allows the process, which is a thread for each core; more are asked for
   // here.
   std::optional<tbb::global_control> more;
@@ -50,6 +52,15 @@ void parallelChunks(Context& context, std::string_view stage, std::size_t count,
     // oneTBB cannot start its threads: there is no memory for their stacks, or no more threads are allowed.
     throw std::bad_alloc();
   }
+}
+
+void mapByThreads(Context& context, void* begin, std::size_t bytes) {
+  constexpr std::size_t kPage = 4096, kMuch = std::size_t{4} << 20, kAtOnce = std::size_t{1} << 20;
+  if (bytes < kMuch || context.threads == 1) return;
+  auto* const memory = static_cast<volatile std::byte*>(begin);
+  parallelChunks(context, "", bytes, kAtOnce, [&](std::size_t first, std::size_t last) {
+    for (std::size_t at = first; at < last; at += kPage) memory[at] = std::byte{0};
+  });
 }
 
 void runOnOneThread(const std::function<void()>& work) {

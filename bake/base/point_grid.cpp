@@ -6,6 +6,7 @@
 
 #include <glm/common.hpp>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <utility>
@@ -14,17 +15,32 @@ namespace relume {
 namespace {
 
 constexpr float kMaxBucketsAlong = 1048576.0f;
+constexpr std::size_t kPointsPerChunk = std::size_t{1} << 15;
 
-// Sort (key, index) pairs by key, where indices of equal keys stay ascending: a radix sort, 11 bits per pass.
-void sortByKey(std::vector<std::pair<std::uint64_t, std::uint32_t>>& items, std::uint64_t largestKey) {
+// Sort (key, index) pairs by key, where indices of equal keys stay ascending: a radix sort, 11 bits per pass. Each
+// chunk counts its digits, and puts its items behind those of the chunks before it.
+void sortByKey(std::vector<std::pair<std::uint64_t, std::uint32_t>>& items, std::uint64_t largestKey,
+               Context& context) {
   constexpr int kBits = 11;
+  constexpr std::size_t kDigits = std::size_t{1} << kBits;
   std::vector<std::pair<std::uint64_t, std::uint32_t>> other(items.size());
+  std::vector<std::uint32_t> at((items.size() + kPointsPerChunk - 1) / kPointsPerChunk * kDigits);
   for (int shift = 0; shift < 64 && (largestKey >> shift) != 0; shift += kBits) {
-    std::vector<std::size_t> at((std::size_t{1} << kBits) + 1, 0);
-    const auto digit = [shift](std::uint64_t key) { return (key >> shift) & ((1u << kBits) - 1); };
-    for (const auto& item : items) ++at[digit(item.first) + 1];
-    for (std::size_t d = 1; d < at.size(); ++d) at[d] += at[d - 1];
-    for (const auto& item : items) other[at[digit(item.first)]++] = item;
+    const auto digit = [shift](std::uint64_t key) { return (key >> shift) & (kDigits - 1); };
+    parallelChunks(context, "", items.size(), kPointsPerChunk, [&](std::size_t begin, std::size_t end) {
+      const std::span<std::uint32_t> own = std::span(at).subspan(begin / kPointsPerChunk * kDigits, kDigits);
+      std::fill(own.begin(), own.end(), 0);
+      for (std::size_t i = begin; i < end; ++i) ++own[digit(items[i].first)];
+    });
+    if (context.cancelled()) return;
+    std::uint32_t before = 0;
+    for (std::size_t d = 0; d < kDigits; ++d) {
+      for (std::size_t c = d; c < at.size(); c += kDigits) before += std::exchange(at[c], before);
+    }
+    parallelChunks(context, "", items.size(), kPointsPerChunk, [&](std::size_t begin, std::size_t end) {
+      const std::span<std::uint32_t> own = std::span(at).subspan(begin / kPointsPerChunk * kDigits, kDigits);
+      for (std::size_t i = begin; i < end; ++i) other[own[digit(items[i].first)]++] = items[i];
+    });
     items.swap(other);
   }
 }
@@ -57,10 +73,10 @@ PointGrid::PointGrid(std::span<const glm::vec3> points, float bucketSize, Contex
   size_ = {last.x + 1, last.y + 1, last.z + 1};
 
   std::vector<std::pair<std::uint64_t, std::uint32_t>> items(points.size());
-  parallelChunks(context, "", points.size(), 1u << 16, [&](std::size_t begin, std::size_t end) {
+  parallelChunks(context, "", points.size(), kPointsPerChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) items[i] = {keyOf(bucketOf(points[i])), static_cast<std::uint32_t>(i)};
   });
-  sortByKey(items, keyOf(last));
+  sortByKey(items, keyOf(last), context);
 
   order_.resize(points.size());
   begin_.clear();

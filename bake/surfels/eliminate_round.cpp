@@ -4,6 +4,7 @@
 
 #include "bake/base/morton.h"
 #include "bake/base/parallel.h"
+#include "bake/base/parallel_sort.h"
 #include "bake/base/point_grid.h"
 
 #include <algorithm>
@@ -20,9 +21,12 @@ constexpr float kWeightLimitExponent = 1.5f;  // gamma of the paper
 constexpr float kQuotaSpacings = 8.0f;        // width of a quota's cube in spacings
 constexpr float kQuotaWeight = 1e-3f;         // penalty of a quota that has twice its points; a pair at 0.6 D has 7e-4
 constexpr std::size_t kBucketsPerChunk = 512;
-constexpr std::size_t kMaxOfAStep = 10;   // one of so many points may be removed in a step
-constexpr std::size_t kFewPoints = 4096;  // not worth steps
-constexpr std::size_t kLastShare = 64;    // once only one of so many has to go, points are removed one by one
+constexpr std::size_t kPointsPerChunk = 1u << 14;
+constexpr std::size_t kRegionsPerChunk = 4;
+constexpr std::size_t kFewForThreads = 1u << 14;  // points: a step takes less time than threads do to begin
+constexpr std::size_t kMaxOfAStep = 10;           // one of so many points may be removed in a step
+constexpr std::size_t kFewPoints = 4096;          // not worth steps
+constexpr std::size_t kLastShare = 64;            // once only one of so many has to go, points are removed one by one
 
 // (1 - d / D)^8, d limited from below.
 float crowding(float distanceSquared, float reach, float limit) {
@@ -101,7 +105,12 @@ EliminationRound::EliminationRound(std::span<const SurfaceSample> candidates, st
                                    std::uint32_t count, float spacing, Context& context)
     : count_(count), left_(points.size()) {
   std::vector<glm::vec3> position(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) position[i] = candidates[points[i]].positionWorld;
+  const auto forEachPoint = [&](const auto& visit) {
+    parallelChunks(context, "", points.size(), kPointsPerChunk, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) visit(i);
+    });
+  };
+  forEachPoint([&](std::size_t i) { position[i] = candidates[points[i]].positionWorld; });
   PointGrid grid(position, spacing, context);
   constexpr int kTries = 24;
   for (int i = 0; i < kTries && isCrowded(grid, position) && !context.cancelled(); ++i) {
@@ -109,21 +118,22 @@ EliminationRound::EliminationRound(std::span<const SurfaceSample> candidates, st
     grid = PointGrid(position, spacing, context);
   }
   if (context.cancelled()) return;
-  std::vector<SurfaceNode> node(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
+  std::vector<SurfaceNode> node;
+  resizeByThreads(context, node, points.size());
+  forEachPoint([&](std::size_t i) {
     const SurfaceSample& sample = candidates[points[grid.order()[i]]];
     node[i] = {sample.positionWorld, sample.normal, sample.emitter};
-  }
-  sortByQuota(node, count, kQuotaSpacings * spacing);
+  });
+  sortByQuota(node, count, kQuotaSpacings * spacing, context);
   if (context.cancelled()) return;
 
   source_.resize(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
+  forEachPoint([&](std::size_t i) {
     const std::uint32_t source = points[grid.order()[i]];
     source_[rank_[i]] = source;
-    points_[rank_[i]].positionWorld = candidates[source].positionWorld;
+    points_[rank_[i]].positionWorld = node[i].positionWorld;
     points_[rank_[i]].reach = spacing / std::sqrt(candidates[source].density);
-  }
+  });
   const float share = static_cast<float>(count) / static_cast<float>(points.size());
   limit_ = kWeightLimitBase * (1.0f - std::pow(share, kWeightLimitExponent));
   findNeighbours(node, grid, context);
@@ -131,7 +141,8 @@ EliminationRound::EliminationRound(std::span<const SurfaceSample> candidates, st
 
 // Sort the points by their quotas' cubes along a Morton curve, emitter by emitter. Every quota gets its share of
 // `count`; rounding errors are carried along the curve.
-void EliminationRound::sortByQuota(std::span<const SurfaceNode> node, std::uint32_t count, float cubeSize) {
+void EliminationRound::sortByQuota(std::span<const SurfaceNode> node, std::uint32_t count, float cubeSize,
+                                   Context& context) {
   struct SortKey {
     std::uint32_t emitter, point;
     std::uint64_t morton;
@@ -142,22 +153,28 @@ void EliminationRound::sortByQuota(std::span<const SurfaceNode> node, std::uint3
     for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], each.positionWorld[k]);
   }
   std::vector<SortKey> sorted(n);
-  for (std::uint32_t i = 0; i < n; ++i) {
-    sorted[i] = {node[i].emitter, i, mortonOf((node[i].positionWorld - low) / cubeSize)};
-  }
-  std::sort(sorted.begin(), sorted.end(), [](const SortKey& a, const SortKey& b) {
+  parallelChunks(context, "", n, kPointsPerChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      sorted[i] = {node[i].emitter, static_cast<std::uint32_t>(i), mortonOf((node[i].positionWorld - low) / cubeSize)};
+    }
+  });
+  sortByThreads(context, sorted, [](const SortKey& a, const SortKey& b) {
     if (a.emitter != b.emitter) return a.emitter < b.emitter;
     return a.morton != b.morton ? a.morton < b.morton : a.point < b.point;
   });
+  if (context.cancelled()) return;
 
-  points_.resize(n);
+  resizeByThreads(context, points_, n);
   rank_.resize(n);
   const auto rounded = [&](std::size_t upTo) { return (2 * upTo * count + n) / (2 * n); };
   for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
     const SortKey& first = sorted[begin];
     const bool opens =
         begin == 0 || first.emitter != sorted[begin - 1].emitter || first.morton >> 3 != sorted[begin - 1].morton >> 3;
-    if (opens) regions_.push_back({static_cast<std::uint32_t>(first.morton >> 3 & 7), {}, {}});
+    if (opens) {
+      ofColour_[first.morton >> 3 & 7].push_back(static_cast<std::uint32_t>(regions_.size()));
+      regions_.emplace_back();
+    }
     while (end < n && sorted[end].emitter == first.emitter && sorted[end].morton == first.morton) {
       rank_[sorted[end].point] = static_cast<std::uint32_t>(end);
       points_[end].quota = static_cast<std::uint32_t>(quotas_.size());
@@ -206,14 +223,13 @@ void EliminationRound::findNeighbours(std::span<const SurfaceNode> node, const P
   neighbourBegin_.assign(node.size() + 1, 0);
   for (std::size_t i = 0; i < node.size(); ++i) neighbourBegin_[rank_[i] + 1] = found[i];
   for (std::size_t i = 0; i < node.size(); ++i) neighbourBegin_[i + 1] += neighbourBegin_[i];
-  neighbour_.resize(neighbourBegin_.back());
+  neighbour_ = std::make_unique_for_overwrite<std::uint32_t[]>(neighbourBegin_.back());
   parallelChunks(context, "", chunks, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
       const std::size_t lastBucket = std::min((c + 1) * kBucketsPerChunk, grid.bucketCount());
       auto from = parts[c].neighbour.begin();
       for (std::uint32_t i = grid.bucketBegin(c * kBucketsPerChunk); i < grid.bucketBegin(lastBucket); ++i) {
-        const auto to = neighbour_.begin() + static_cast<std::ptrdiff_t>(neighbourBegin_[rank_[i]]);
-        std::copy(from, from + found[i], to);
+        std::copy(from, from + found[i], &neighbour_[neighbourBegin_[rank_[i]]]);
         from += found[i];
       }
       parts[c] = {};
@@ -235,18 +251,22 @@ void EliminationRound::remove(std::uint32_t i) {
 
 // The lowest excess above which at most `most` points are. Excesses only fall, so no more than those will go.
 float EliminationRound::chooseStep(std::size_t max, Context& context) const {
-  constexpr std::size_t kRegionsPerChunk = 128;
-  std::vector<std::vector<std::uint32_t>> parts((regions_.size() + kRegionsPerChunk - 1) / kRegionsPerChunk);
-  parallelChunks(context, "", regions_.size(), kRegionsPerChunk, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::uint32_t>& part = parts[begin / kRegionsPerChunk];
+  constexpr std::size_t kPart = 32;  // [regions]
+  std::vector<std::vector<std::uint32_t>> parts((regions_.size() + kPart - 1) / kPart);
+  parallelChunks(context, "", regions_.size(), kPart, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint32_t>& part = parts[begin / kPart];
     part.assign(kExcessBuckets, 0);
     for (std::size_t r = begin; r < end; ++r) {
       for (const std::uint32_t i : regions_[r].left) ++part[bucketOf(excess(points_[i]))];
     }
   });
+  std::vector<std::uint32_t> all(kExcessBuckets, 0);
+  for (const std::vector<std::uint32_t>& part : parts) {
+    for (std::size_t i = 0; i < part.size(); ++i) all[i] += part[i];
+  }
   std::size_t above = 0, bucket = kExcessBuckets;
   for (; bucket > 1; --bucket) {
-    for (const std::vector<std::uint32_t>& part : parts) above += part.empty() ? 0 : part[bucket - 1];
+    above += all[bucket - 1];
     if (above > max) break;
   }
   return std::bit_cast<float>(static_cast<std::uint32_t>(bucket << kBucketShift));
@@ -283,11 +303,10 @@ void EliminationRound::reduceRegion(Region& region, float step) {
 
 // One step in all regions. False when nothing was removed.
 bool EliminationRound::stepDown(float step, std::vector<std::uint32_t>& removed, Context& context) {
-  for (std::uint32_t colour = 0; colour < 8; ++colour) {
-    parallelChunks(context, "", regions_.size(), 64, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t r = begin; r < end; ++r) {
-        if (regions_[r].colour == colour) reduceRegion(regions_[r], step);
-      }
+  for (const std::vector<std::uint32_t>& colour : ofColour_) {
+    const std::size_t grain = left_ < kFewForThreads ? colour.size() : kRegionsPerChunk;
+    parallelChunks(context, "", colour.size(), grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t r = begin; r < end; ++r) reduceRegion(regions_[colour[r]], step);
     });
   }
   std::vector<Removal> all;
@@ -296,9 +315,10 @@ bool EliminationRound::stepDown(float step, std::vector<std::uint32_t>& removed,
     region.removed.clear();
   }
   // In the order of their crowding, so that any part of them is spread over all regions.
-  std::sort(all.begin(), all.end(), [](const Removal& a, const Removal& b) {
+  sortByThreads(context, all, [](const Removal& a, const Removal& b) {
     return a.excess != b.excess ? a.excess > b.excess : a.point < b.point;
   });
+  if (context.cancelled()) return false;
   for (const Removal& each : all) removed.push_back(source_[each.point]);
   left_ -= all.size();
   return !all.empty();
@@ -361,6 +381,7 @@ std::vector<std::uint32_t> EliminationRound::run(std::vector<std::uint32_t>& rem
   }
 
   // The rest one by one.
+  if (context.cancelled()) return {};
   Queue queue(*this);
   for (; left_ > count_; --left_) {
     if (left_ % 1024 == 0 && context.cancelled()) return {};

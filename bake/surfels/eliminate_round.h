@@ -12,7 +12,9 @@
 #include "bake/surfels/surface_sampler.h"
 #include "relume/bake/context.h"
 
+#include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -57,13 +59,12 @@ class EliminationRound {
   };
   // Eight quotas' cubes, two along each axis.
   struct Region {
-    std::uint32_t colour = 0;
     std::vector<std::uint32_t> left;  // points
     std::vector<Removal> removed;     // in this step
   };
   class Queue;
 
-  void sortByQuota(std::span<const SurfaceNode> node, std::uint32_t count, float cubeSize);
+  void sortByQuota(std::span<const SurfaceNode> node, std::uint32_t count, float cubeSize, Context& context);
   void findNeighbours(std::span<const SurfaceNode> node, const PointGrid& grid, Context& context);
   float excess(const Point& point) const { return point.weight + quotas_[point.quota].penalty; }
   void remove(std::uint32_t point);
@@ -75,9 +76,10 @@ class EliminationRound {
   std::vector<Point> points_;          // sorted by region, then quota
   std::vector<std::uint32_t> rank_;    // of each point of the grid's order: its index in points_
   std::vector<std::size_t> neighbourBegin_;
-  std::vector<std::uint32_t> neighbour_;
+  std::unique_ptr<std::uint32_t[]> neighbour_;  // [Size neighbourBegin_.back()]
   std::vector<Quota> quotas_;
   std::vector<Region> regions_;
+  std::array<std::vector<std::uint32_t>, 8> ofColour_;  // regions
   std::uint32_t count_ = 0;
   std::size_t left_ = 0;
   float limit_ = 0.0f;  // distances below limit_ * D crowd no more than limit_ * D itself

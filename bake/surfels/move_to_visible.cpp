@@ -4,11 +4,13 @@
 
 #include "bake/base/parallel.h"
 #include "bake/base/random.h"
+#include "bake/surfels/by_surfel.h"
 
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 
 namespace relume {
@@ -21,10 +23,13 @@ constexpr std::uint32_t kMoveStage = 0x5E771Eu;
 
 // What a ray found: a point of a surfel's footprint.
 struct Sight {
-  std::uint32_t surfel = kNone;
-  std::uint32_t side = 0;
-  glm::vec2 barycentric{0.0f};
-  glm::vec3 positionWorld{0.0f};
+  std::uint32_t side;
+  glm::vec2 barycentric;
+  glm::vec3 positionWorld;
+};
+struct Sights {
+  std::vector<std::uint32_t> surfel;  // of each ray; kNone = it found none
+  std::unique_ptr<Sight[]> found;     // of rays that found one
 };
 
 // The point of the unit square at `at` [0, 1) along a Morton curve, jittered within a square of 1/256 side. Values of
@@ -49,11 +54,12 @@ glm::vec3 sphereDirection(const glm::vec2& u) {
 }
 
 // Look around from where receivers can be: the same number of rays from each point, spread over the sphere.
-std::vector<Sight> lookAround(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelMap& map,
-                              std::span<const SurfaceSample> surfels, std::size_t rayCount, std::uint64_t seed,
-                              Context& context) {
+Sights lookAround(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelMap& map,
+                  std::span<const SurfaceSample> surfels, std::size_t rayCount, std::uint64_t seed, Context& context) {
   const Scene& scene = tracer.scene();
-  std::vector<Sight> sights(rayCount);
+  Sights sights;
+  sights.surfel.assign(rayCount, kNone);
+  sights.found = std::make_unique_for_overwrite<Sight[]>(rayCount);
   const std::size_t receiverCount = playSpace.receivers.size();
   parallelChunks(context, "", rayCount, kRaysAtOnce, [&](std::size_t begin, std::size_t end) {
     std::vector<Ray> rays(end - begin);
@@ -77,7 +83,8 @@ std::vector<Sight> lookAround(const RayTracer& tracer, const PlaySpace& playSpac
       const glm::vec3 front = geometricNormal(scene, hit.point());
       const glm::vec3 normal = hit.back ? -front : front;
       if (!(glm::dot(normal, surfels[surfel].normal) > kSameWay)) continue;
-      sights[i] = {surfel, side, hit.barycentric, rays[i - begin].origin + hit.distance * rays[i - begin].direction};
+      sights.surfel[i] = surfel;
+      sights.found[i] = {side, hit.barycentric, rays[i - begin].origin + hit.distance * rays[i - begin].direction};
     }
   });
   return sights;
@@ -88,45 +95,53 @@ std::vector<Sight> lookAround(const RayTracer& tracer, const PlaySpace& playSpac
 std::vector<SurfelSeed> moveToVisible(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelMap& map,
                                       std::span<const SurfaceSample> surfels, std::uint64_t seed, Context& context) {
   std::vector<SurfelSeed> seeds(surfels.size());
-  for (std::size_t s = 0; s < surfels.size(); ++s) {
+  const auto stay = [&](std::size_t s) {
     seeds[s] = {surfels[s].positionWorld, surfels[s].normal, surfels[s].point, surfels[s].side};
+  };
+  if (playSpace.receivers.empty()) {
+    for (std::size_t s = 0; s < surfels.size(); ++s) stay(s);
+    return seeds;
   }
-  if (playSpace.receivers.empty()) return seeds;
-
-  // Find the middle of what is seen of each footprint. Sums run in the order of the rays.
-  const std::vector<Sight> sights =
-      lookAround(tracer, playSpace, map, surfels, kMoveRaysPerSurfel * surfels.size(), seed, context);
+  const Sights sights = lookAround(tracer, playSpace, map, surfels, kMoveRaysPerSurfel * surfels.size(), seed, context);
   if (context.cancelled()) return {};
   std::vector<glm::vec3> middle(surfels.size(), glm::vec3(0.0f));
   std::vector<std::uint32_t> count(surfels.size(), 0);
-  for (const Sight& sight : sights) {
-    if (sight.surfel == kNone) continue;
-    // Sum offsets from the surfel: sums of positions far from the origin would lose digits.
-    middle[sight.surfel] += sight.positionWorld - surfels[sight.surfel].positionWorld;
-    ++count[sight.surfel];
-  }
-  for (std::size_t s = 0; s < surfels.size(); ++s) {
-    if (count[s] > 0) middle[s] = surfels[s].positionWorld + middle[s] / static_cast<float>(count[s]);
-  }
-
-  // Choose the seen point nearest to it.
   std::vector<float> nearest(surfels.size(), INFINITY);
   std::vector<const Sight*> chosen(surfels.size(), nullptr);
-  for (const Sight& sight : sights) {
-    if (sight.surfel == kNone || count[sight.surfel] < kMinHits) continue;
-    const glm::vec3 way = sight.positionWorld - middle[sight.surfel];
-    const float distance = glm::dot(way, way);
-    if (!(distance < nearest[sight.surfel])) continue;
-    nearest[sight.surfel] = distance;
-    chosen[sight.surfel] = &sight;
-  }
-  for (std::size_t s = 0; s < surfels.size(); ++s) {
-    if (chosen[s] == nullptr) continue;
+  forEachSurfelRange(context, surfels.size(), [&](std::size_t first, std::size_t last) {
+    // Find the middle of what is seen of each footprint. Sums run in the order of the rays.
+    forEachSampleOf(sights.surfel, first, last, [&](std::size_t i) {
+      // Sum offsets from the surfel: sums of positions far from the origin would lose digits.
+      const std::uint32_t s = sights.surfel[i];
+      middle[s] += sights.found[i].positionWorld - surfels[s].positionWorld;
+      ++count[s];
+    });
+    for (std::size_t s = first; s < last; ++s) {
+      if (count[s] > 0) middle[s] = surfels[s].positionWorld + middle[s] / static_cast<float>(count[s]);
+    }
+
+    // Choose the seen point nearest to it.
+    forEachSampleOf(sights.surfel, first, last, [&](std::size_t i) {
+      const std::uint32_t s = sights.surfel[i];
+      if (count[s] < kMinHits) return;
+      const glm::vec3 way = sights.found[i].positionWorld - middle[s];
+      const float distance = glm::dot(way, way);
+      if (!(distance < nearest[s])) return;
+      nearest[s] = distance;
+      chosen[s] = &sights.found[i];
+    });
     const Scene& scene = tracer.scene();
-    const SurfaceSample at =
-        sampleAt(scene, scene.instanceOf(chosen[s]->side / 2), chosen[s]->side, chosen[s]->barycentric);
-    seeds[s] = {chosen[s]->positionWorld, at.normal, at.point, at.side};
-  }
+    for (std::size_t s = first; s < last; ++s) {
+      if (chosen[s] == nullptr) {
+        stay(s);
+        continue;
+      }
+      const SurfaceSample at =
+          sampleAt(scene, scene.instanceOf(chosen[s]->side / 2), chosen[s]->side, chosen[s]->barycentric);
+      seeds[s] = {chosen[s]->positionWorld, at.normal, at.point, at.side};
+    }
+  });
+  if (context.cancelled()) return {};
   return seeds;
 }
 

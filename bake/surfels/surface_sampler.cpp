@@ -289,7 +289,9 @@ std::vector<SurfaceSample> SurfaceSampler::draw(std::size_t count, std::uint64_t
   });
 
   std::vector<SurfaceSample> samples;
-  samples.reserve(count + 1);
+  std::size_t drawn = 0;
+  for (const std::vector<SurfaceSample>& part : parts) drawn += part.size();
+  reserveByThreads(context, samples, drawn);
   for (const std::vector<SurfaceSample>& part : parts) samples.insert(samples.end(), part.begin(), part.end());
   return samples;
 }

@@ -372,7 +372,9 @@ SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::sp
     std::vector<SurfelMap::Side> sides =
         layOutSides(scene, playSpace, map.onDemand.get(), first, last, spacing, far.spacing, context);
     if (context.cancelled()) return {};
-    std::vector<std::uint32_t> tiles(sides.back().firstTile + sides.back().tileCount(), kNone);
+    std::vector<std::uint32_t> tiles;
+    reserveByThreads(context, tiles, sides.back().firstTile + sides.back().tileCount());
+    tiles.assign(sides.back().firstTile + sides.back().tileCount(), kNone);
     parallelChunks(
         context, isOnePart ? "surfel map" : "", tiles.size(), kTilesPerChunk, [&](std::size_t begin, std::size_t end) {
           Search search(near), farSearch(far);

@@ -7,6 +7,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <cstdlib>
@@ -16,6 +17,7 @@
 #include <set>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace relume {
 namespace {
@@ -84,6 +86,23 @@ TEST(ParallelChunks, aThreadThatCannotStartIsMemoryThatIsOut) {
   if (!std::string(RELUME_SANITIZE).empty()) GTEST_SKIP() << "sanitizers need terabytes of addresses";
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(runWithoutRoomForThreads(), testing::ExitedWithCode(42), "");
+}
+
+// What is there stays, and what comes is as resize() makes it.
+TEST(Parallel, memoryMappedByThreadsIsAsResizeMakesIt) {
+  for (const int threads : {1, 2, 7}) {
+    Context context;
+    context.threads = threads;
+    std::vector<int> items{1, 2, 3};
+    resizeByThreads(context, items, 3'000'000);
+    ASSERT_EQ(items.size(), 3'000'000u);
+    items.shrink_to_fit();
+    resizeByThreads(context, items, 6'000'000);
+    EXPECT_EQ(items[0] + items[1] + items[2], 6);
+    EXPECT_TRUE(std::all_of(items.begin() + 3, items.end(), [](int i) { return i == 0; }));
+    resizeByThreads(context, items, 0);
+    EXPECT_TRUE(items.empty());
+  }
 }
 
 }  // namespace
