@@ -156,7 +156,8 @@ Result<ClusterTree> agglomerate(const Surfels& surfels, std::span<const std::uin
                centroids.empty() ? glm::vec3(0.0f) : toExtent(centroids[members[i]])};
     entries[i] = {clusterPoint(sums[i], metric), i};
   }
-  ClusterSearch search(entries, 2 * leafCount - 1, metric.balanceWeight);
+  ClusterSearch search(entries, 2 * leafCount - 1, metric.balanceWeight, context);
+  if (context.cancelled()) return cancelledError();
 
   // Look up the nearest neighbour of each.
   std::vector<Candidate> candidates(leafCount);
@@ -189,6 +190,7 @@ Result<ClusterTree> agglomerate(const Surfels& surfels, std::span<const std::uin
     tree.second.push_back(pair.high);
     sums[merged] = mergeClusters(sums[pair.low], sums[pair.high]);
     search.merge(pair.low, pair.high, {clusterPoint(sums[merged], metric), merged});
+    if (context.cancelled()) return cancelledError();
     if (++merged == 2 * leafCount - 1) break;
     heap.replaceTop(candidateOf(search, merged - 1));
     if (merged % reportEvery == 0 &&

@@ -3,6 +3,7 @@
 // never exceeds the distance that it bounds, and the search is exact to the last bit on every instruction set.
 #include "bake/hierarchy/cluster_search.h"
 
+#include "bake/base/parallel.h"
 #include "bake/base/wide_clones.h"
 
 #include <algorithm>
@@ -14,6 +15,7 @@ namespace {
 using Node = ClusterSearch::Node;
 using Leaf = ClusterSearch::Leaf;
 using Entry = ClusterSearch::Entry;
+using Tree = ClusterSearch::Tree;
 using Nearest = ClusterSearch::Nearest;
 
 constexpr int kDimensions = kClusterDimensions;
@@ -197,10 +199,73 @@ ClusterPoint laneAt(const Leaf& leaf, std::uint32_t lane) {
   return point;
 }
 
+// Halve the largest part until there are eight, or all fit into leaves. Returns how many there are.
+int splitIntoChildren(std::span<Entry> entries, float balanceWeight, std::array<std::span<Entry>, kWidth>& parts) {
+  int count = 1;
+  parts[0] = entries;
+  while (count < kWidth) {
+    int largest = 0;
+    for (int i = 1; i < count; ++i) {
+      if (parts[i].size() > parts[largest].size()) largest = i;
+    }
+    if (parts[largest].size() <= static_cast<std::size_t>(kLeafSize)) break;
+    const std::span<Entry> whole = parts[largest];
+    const std::size_t middle = splitEntries(whole, balanceWeight);
+    parts[largest] = whole.first(middle);
+    parts[count++] = whole.subspan(middle);
+  }
+  return count;
+}
+
+std::uint32_t buildLeaf(Tree& tree, std::span<const Entry> entries, std::uint32_t parent, std::uint32_t parentChild) {
+  const auto index = static_cast<std::uint32_t>(tree.leaves.size());
+  Leaf& leaf = tree.leaves.emplace_back();
+  leaf.parent = parent;
+  leaf.parentChild = parentChild;
+  for (std::uint32_t lane = 0; lane < kLeafSize; ++lane) {
+    const bool used = lane < entries.size();
+    setLane(leaf, lane, used ? entries[lane].point : kFarPoint, used ? entries[lane].id : kNoCluster);
+  }
+  return index | ClusterSearch::kLeafChild;
+}
+
+std::uint32_t buildNode(Tree& tree, std::span<Entry> entries, std::uint32_t parent, std::uint32_t parentChild,
+                        float balanceWeight) {
+  std::array<std::span<Entry>, kWidth> parts;
+  const int count = splitIntoChildren(entries, balanceWeight, parts);
+  const auto index = static_cast<std::uint32_t>(tree.nodes.size());
+  tree.nodes.emplace_back();
+  tree.nodes[index].parent = parent;
+  tree.nodes[index].parentChild = parentChild;
+  for (int i = 0; i < kWidth; ++i) {
+    if (i >= count) {
+      setChildEmpty(tree.nodes[index], i);
+      continue;
+    }
+    const auto at = static_cast<std::uint32_t>(i);
+    const bool isLeaf = parts[i].size() <= static_cast<std::size_t>(kLeafSize);
+    const std::uint32_t child =
+        isLeaf ? buildLeaf(tree, parts[i], index, at) : buildNode(tree, parts[i], index, at, balanceWeight);
+    tree.nodes[index].child[i] = child;
+    setChildBounds(tree.nodes[index], i, parts[i]);
+  }
+  return index;
+}
+
+// Where the clusters of leaves [begin, end) are.
+void noteSlots(std::span<const Leaf> leaves, std::size_t begin, std::size_t end, std::vector<std::uint32_t>& slot) {
+  for (std::size_t i = begin; i < end; ++i) {
+    for (std::uint32_t lane = 0; lane < kLeafSize; ++lane) {
+      if (leaves[i].id[lane] != kNoCluster) slot[leaves[i].id[lane]] = static_cast<std::uint32_t>(i) * kLeafSize + lane;
+    }
+  }
+}
+
 }  // namespace
 
-ClusterSearch::ClusterSearch(std::span<const Entry> clusters, std::uint32_t idCount, float balanceWeight)
-    : slot_(idCount, kDead), balanceWeight_(balanceWeight) {
+ClusterSearch::ClusterSearch(std::span<const Entry> clusters, std::uint32_t idCount, float balanceWeight,
+                             Context& context)
+    : context_(context), slot_(idCount, kDead), balanceWeight_(balanceWeight) {
   std::vector<Entry> entries(clusters.begin(), clusters.end());
   build(entries);
 }
@@ -208,26 +273,26 @@ ClusterSearch::ClusterSearch(std::span<const Entry> clusters, std::uint32_t idCo
 ClusterSearch::Nearest ClusterSearch::nearest(std::uint32_t id) const {
   const std::uint32_t slot = slot_[id];
   const std::uint32_t leaf = slot / kLeafSize;
-  const ClusterPoint point = laneAt(leaves_[leaf], slot % kLeafSize);
-  return findNearest(nodes_.data(), leaves_.data(), leaf, point, id, balanceWeight_);
+  const ClusterPoint point = laneAt(tree_.leaves[leaf], slot % kLeafSize);
+  return findNearest(tree_.nodes.data(), tree_.leaves.data(), leaf, point, id, balanceWeight_);
 }
 
 void ClusterSearch::merge(std::uint32_t a, std::uint32_t b, const Entry& merged) {
   // Take the slot of the larger child, so that bounds grow little. The other's slot stays empty.
   const std::uint32_t slotA = slot_[a], slotB = slot_[b];
-  const float areaA = leaves_[slotA / kLeafSize].area[slotA % kLeafSize];
-  const float areaB = leaves_[slotB / kLeafSize].area[slotB % kLeafSize];
+  const float areaA = tree_.leaves[slotA / kLeafSize].area[slotA % kLeafSize];
+  const float areaB = tree_.leaves[slotB / kLeafSize].area[slotB % kLeafSize];
   const std::uint32_t kept = areaA >= areaB ? slotA : slotB, dropped = kept == slotA ? slotB : slotA;
   slot_[a] = slot_[b] = kDead;
   slot_[merged.id] = kept;
-  setLane(leaves_[dropped / kLeafSize], dropped % kLeafSize, kFarPoint, kNoCluster);
-  setLane(leaves_[kept / kLeafSize], kept % kLeafSize, merged.point, merged.id);
-  grow(leaves_[kept / kLeafSize], merged);
+  setLane(tree_.leaves[dropped / kLeafSize], dropped % kLeafSize, kFarPoint, kNoCluster);
+  setLane(tree_.leaves[kept / kLeafSize], kept % kLeafSize, merged.point, merged.id);
+  grow(tree_.leaves[kept / kLeafSize], merged);
 
   if (--living_ * 3 >= built_ * 2 || living_ < 2) return;
   std::vector<Entry> entries;
   entries.reserve(living_);
-  for (const Leaf& leaf : leaves_) {
+  for (const Leaf& leaf : tree_.leaves) {
     for (std::uint32_t lane = 0; lane < kLeafSize; ++lane) {
       if (leaf.id[lane] != kNoCluster) entries.push_back({laneAt(leaf, lane), leaf.id[lane]});
     }
@@ -238,7 +303,7 @@ void ClusterSearch::merge(std::uint32_t a, std::uint32_t b, const Entry& merged)
 void ClusterSearch::grow(const Leaf& leaf, const Entry& entry) {
   const ClusterPoint& point = entry.point;
   for (std::uint32_t parent = leaf.parent, i = leaf.parentChild; parent != kNoChild;) {
-    Node& node = nodes_[parent];
+    Node& node = tree_.nodes[parent];
     for (int k = 0; k < kDimensions; ++k) {
       node.low[k][i] = std::min(node.low[k][i], point.p[k]);
       node.high[k][i] = std::max(node.high[k][i], point.p[k]);
@@ -253,59 +318,76 @@ void ClusterSearch::grow(const Leaf& leaf, const Entry& entry) {
 }
 
 void ClusterSearch::build(std::vector<Entry>& entries) {
-  nodes_.clear();
-  leaves_.clear();
   built_ = living_ = entries.size();
-  buildNode(entries, kNoChild, 0);
+  const bool isForThreads = context_.threads != 1 && entries.size() >= kMany && entries.size() < kTooMany;
+  if (isForThreads && buildByThreads(entries)) return;
+  tree_.nodes.clear();
+  tree_.leaves.clear();
+  buildNode(tree_, entries, kNoChild, 0, balanceWeight_);
+  noteSlots(tree_.leaves, 0, tree_.leaves.size(), slot_);
 }
 
-std::uint32_t ClusterSearch::buildNode(std::span<Entry> entries, std::uint32_t parent, std::uint32_t parentChild) {
-  // Halve the largest part until there are eight, or all fit into leaves.
+// The children of the root are halved and built by threads of their own, and joined in their order: which tree it is
+// changes nothing of what a search finds. False where the clusters cannot be halved so. True when cancelled.
+bool ClusterSearch::buildByThreads(std::span<Entry> entries) {
   std::array<std::span<Entry>, kWidth> parts;
-  int count = 1;
   parts[0] = entries;
-  while (count < kWidth) {
-    int largest = 0;
-    for (int i = 1; i < count; ++i) {
-      if (parts[i].size() > parts[largest].size()) largest = i;
+  for (std::size_t count = 1; count < kWidth; count *= 2) {
+    parallelChunks(context_, "", count, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::size_t middle = splitEntries(parts[i], balanceWeight_);
+        parts[i + count] = parts[i].subspan(middle);
+        parts[i] = parts[i].first(middle);
+      }
+    });
+    if (context_.cancelled()) return true;
+  }
+  // Where very many are equal, halves are not.
+  const auto isSmall = [](std::span<Entry> part) { return part.size() <= static_cast<std::size_t>(kLeafSize); };
+  if (std::any_of(parts.begin(), parts.end(), isSmall)) return false;
+  Node root;
+  root.parent = kNoChild;
+  root.parentChild = 0;
+  std::array<Tree, kWidth> below;
+  parallelChunks(context_, "", kWidth, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      buildNode(below[i], parts[i], 0, static_cast<std::uint32_t>(i), balanceWeight_);
+      setChildBounds(root, static_cast<int>(i), parts[i]);
     }
-    if (parts[largest].size() <= static_cast<std::size_t>(kLeafSize)) break;
-    const std::span<Entry> whole = parts[largest];
-    const std::size_t middle = splitEntries(whole, balanceWeight_);
-    parts[largest] = whole.first(middle);
-    parts[count++] = whole.subspan(middle);
-  }
+  });
+  if (context_.cancelled()) return true;
 
-  const auto index = static_cast<std::uint32_t>(nodes_.size());
-  nodes_.emplace_back();
-  nodes_[index].parent = parent;
-  nodes_[index].parentChild = parentChild;
-  for (int i = 0; i < kWidth; ++i) {
-    if (i >= count) {
-      setChildEmpty(nodes_[index], i);
-      continue;
+  std::array<std::size_t, kWidth + 1> firstNode, firstLeaf;
+  firstNode[0] = 1;
+  firstLeaf[0] = 0;
+  for (std::size_t i = 0; i < kWidth; ++i) {
+    firstNode[i + 1] = firstNode[i] + below[i].nodes.size();
+    firstLeaf[i + 1] = firstLeaf[i] + below[i].leaves.size();
+    root.child[i] = static_cast<std::uint32_t>(firstNode[i]);
+  }
+  tree_.nodes.resize(firstNode.back());
+  tree_.leaves.resize(firstLeaf.back());
+  tree_.nodes[0] = root;
+  parallelChunks(context_, "", kWidth, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t part = begin; part < end; ++part) {
+      const auto nodeBase = static_cast<std::uint32_t>(firstNode[part]),
+                 leafBase = static_cast<std::uint32_t>(firstLeaf[part]);
+      for (std::size_t n = 0; n < below[part].nodes.size(); ++n) {
+        Node& node = tree_.nodes[nodeBase + n] = below[part].nodes[n];
+        if (n > 0) node.parent += nodeBase;  // that of the part's first is the root
+        for (std::uint32_t& child : node.child) {
+          if (child != kNoChild) child += (child & kLeafChild) != 0 ? leafBase : nodeBase;
+        }
+      }
+      for (std::size_t l = 0; l < below[part].leaves.size(); ++l) {
+        tree_.leaves[leafBase + l] = below[part].leaves[l];
+        tree_.leaves[leafBase + l].parent += nodeBase;
+      }
+      below[part] = {};
+      noteSlots(tree_.leaves, firstLeaf[part], firstLeaf[part + 1], slot_);
     }
-    const auto at = static_cast<std::uint32_t>(i);
-    const bool isLeaf = parts[i].size() <= static_cast<std::size_t>(kLeafSize);
-    const std::uint32_t child = isLeaf ? buildLeaf(parts[i], index, at) | kLeafChild : buildNode(parts[i], index, at);
-    nodes_[index].child[i] = child;
-    setChildBounds(nodes_[index], i, parts[i]);
-  }
-  return index;
-}
-
-std::uint32_t ClusterSearch::buildLeaf(std::span<const Entry> entries, std::uint32_t parent,
-                                       std::uint32_t parentChild) {
-  const auto index = static_cast<std::uint32_t>(leaves_.size());
-  Leaf& leaf = leaves_.emplace_back();
-  leaf.parent = parent;
-  leaf.parentChild = parentChild;
-  for (std::uint32_t lane = 0; lane < kLeafSize; ++lane) {
-    const bool used = lane < entries.size();
-    setLane(leaf, lane, used ? entries[lane].point : kFarPoint, used ? entries[lane].id : kNoCluster);
-    if (used) slot_[entries[lane].id] = index * kLeafSize + lane;
-  }
-  return index;
+  });
+  return true;
 }
 
 }  // namespace relume

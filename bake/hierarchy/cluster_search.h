@@ -5,6 +5,7 @@
 #pragma once
 
 #include "bake/hierarchy/metric.h"
+#include "relume/bake/context.h"
 
 #include <cstdint>
 #include <span>
@@ -25,14 +26,14 @@ class ClusterSearch {
     std::uint32_t id = kNoCluster;  // kNoCluster when there is no other cluster
   };
 
-  // idCount: ids are below it, those of clusters to come included.
-  ClusterSearch(std::span<const Entry> clusters, std::uint32_t idCount, float balanceWeight);
+  // idCount: ids are below it, those of clusters to come included. context: of the threads that build; outlives it.
+  ClusterSearch(std::span<const Entry> clusters, std::uint32_t idCount, float balanceWeight, Context& context);
 
   // The nearest other cluster of a living one; among equals the next id, in the circle of all ids, after its own: then
   // heaps of coincident clusters pair off instead of all choosing the same. Thread-safe against itself.
   Nearest nearest(std::uint32_t id) const;
 
-  // Cluster `merged` replaces `a` and `b`.
+  // Cluster `merged` replaces `a` and `b`. After a cancel, nothing may be searched any more.
   void merge(std::uint32_t a, std::uint32_t b, const Entry& merged);
 
   bool alive(std::uint32_t id) const { return slot_[id] != kDead; }
@@ -40,13 +41,15 @@ class ClusterSearch {
   // Ask for the memory in which a cluster's next search begins. Changes nothing.
   void prefetch(std::uint32_t id) const {
     if (!alive(id)) return;
-    const auto* line = reinterpret_cast<const char*>(&leaves_[slot_[id] / kLeafSize]);
+    const auto* line = reinterpret_cast<const char*>(&tree_.leaves[slot_[id] / kLeafSize]);
     for (std::size_t at = 0; at < sizeof(Leaf); at += 64) __builtin_prefetch(line + at);
   }
 
   static constexpr int kWidth = 8;      // children of a node
   static constexpr int kLeafSize = 16;  // clusters of a leaf
   static constexpr std::uint32_t kDead = 0xFFFFFFFFu;
+  // Clusters that all threads build over; of more, what is joined would take too much memory twice.
+  static constexpr std::size_t kMany = std::size_t{1} << 14, kTooMany = std::size_t{1} << 21;
   static constexpr std::uint32_t kLeafChild = 0x80000000u;  // bit of Node::child: a leaf, not a node
   static constexpr std::uint32_t kNoChild = 0xFFFFFFFFu;
 
@@ -64,15 +67,18 @@ class ClusterSearch {
     std::uint32_t id[kLeafSize];
     std::uint32_t parent, parentChild;
   };
+  struct Tree {
+    std::vector<Node> nodes;
+    std::vector<Leaf> leaves;
+  };
 
  private:
   void build(std::vector<Entry>& entries);
-  std::uint32_t buildNode(std::span<Entry> entries, std::uint32_t parent, std::uint32_t parentChild);
-  std::uint32_t buildLeaf(std::span<const Entry> entries, std::uint32_t parent, std::uint32_t parentChild);
+  bool buildByThreads(std::span<Entry> entries);
   void grow(const Leaf& leaf, const Entry& entry);
 
-  std::vector<Node> nodes_;
-  std::vector<Leaf> leaves_;
+  Context& context_;
+  Tree tree_;
   std::vector<std::uint32_t> slot_;  // of each id: leaf * kLeafSize + lane, or kDead
   std::size_t built_ = 0;            // clusters at the last build
   std::size_t living_ = 0;

@@ -5,6 +5,7 @@
 
 #include "bake/base/morton.h"
 #include "bake/base/parallel.h"
+#include "bake/base/parallel_sort.h"
 #include "formats/sphere_points.h"
 
 #include <glm/common.hpp>
@@ -14,6 +15,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <utility>
 
 namespace relume {
@@ -34,7 +36,8 @@ std::array<glm::vec3, kDirections> lookDirections() {
 }
 
 // Sort the surfels along a curve through space, those whose normals lie in the same octant together.
-std::vector<std::uint32_t> alongCurve(const Surfels& surfels, const glm::vec3& low, const glm::vec3& high) {
+std::vector<std::uint32_t> alongCurve(const Surfels& surfels, const glm::vec3& low, const glm::vec3& high,
+                                      Context& context) {
   std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(surfels.count());
   const glm::vec3 scale = kMortonSteps / glm::max(high - low, glm::vec3(1e-30f));
   for (std::uint32_t i = 0; i < keys.size(); ++i) {
@@ -42,7 +45,7 @@ std::vector<std::uint32_t> alongCurve(const Surfels& surfels, const glm::vec3& l
     const std::uint64_t octant = (n.x < 0.0f ? 1 : 0) + (n.y < 0.0f ? 2 : 0) + (n.z < 0.0f ? 4 : 0);
     keys[i] = {octant << 60 | mortonOf(p), i};
   }
-  std::sort(keys.begin(), keys.end());
+  sortByThreads(context, keys, std::less<>());
   std::vector<std::uint32_t> order;
   order.reserve(keys.size());
   for (const auto& [key, surfel] : keys) order.push_back(surfel);
@@ -61,7 +64,8 @@ std::vector<glm::vec3> visibleCentroids(const RayTracer& tracer, const Surfels& 
   const std::array<glm::vec3, kDirections> directions = lookDirections();
   const glm::vec3 low = tracer.boundsMin(), high = tracer.boundsMax();
   const float reach = kCentroidReach * glm::length(high - low);
-  const std::vector<std::uint32_t> order = alongCurve(surfels, low, high);
+  const std::vector<std::uint32_t> order = alongCurve(surfels, low, high, context);
+  if (context.cancelled()) return {};
   std::vector<glm::vec3> centroids(surfels.count());
 
   parallelChunks(context, "", order.size(), kTogether, [&](std::size_t begin, std::size_t end) {

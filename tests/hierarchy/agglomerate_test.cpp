@@ -286,7 +286,8 @@ TEST(ClusterSearch, findsTheNearestWhileClustersMerge) {
     entries.push_back({clusterPoint(sums[i], metric), i});
     living.push_back(i);
   }
-  ClusterSearch search(entries, 2 * count - 1, metric.balanceWeight);
+  Context context;
+  ClusterSearch search(entries, 2 * count - 1, metric.balanceWeight, context);
   RandomStream random(5, 6, 7);
   for (std::uint32_t merged = count; merged < 2 * count - 1; ++merged) {
     const std::uint32_t asked = living[random.below(static_cast<std::uint32_t>(living.size()))];
@@ -316,28 +317,56 @@ TEST(ClusterSearch, findsTheNearestWhileClustersMerge) {
 }
 
 TEST(ClusterSearch, findsTheNearestAmongTiedValues) {
-  // Few values along each dimension, most points on the first of them: splits between equal values are uneven.
-  std::vector<ClusterSearch::Entry> entries;
-  for (std::uint32_t i = 0; i < 3000; ++i) {
-    RandomStream random(8, 9, i);
-    ClusterPoint point;
-    for (float& p : point.p) p = 0.1f * static_cast<float>(random.below(8) > 5 ? random.below(40) : 0);
-    point.area = random.below(8) > 5 ? static_cast<float>(1 + random.below(5)) : 1.0f;
-    point.inverseArea = 1.0f / point.area;
-    entries.push_back({point, i});
-  }
-  const ClusterSearch search(entries, 3000, 0.02f);
-  for (std::uint32_t asked = 0; asked < 3000; asked += 7) {
-    ClusterSearch::Nearest expected{std::numeric_limits<float>::infinity(), kNoCluster};
-    for (std::uint32_t other = 0; other < 3000; ++other) {
-      if (other == asked) continue;
-      const float d = clusterDistance(entries[asked].point, entries[other].point, 0.02f);
-      if (d < expected.distance || (d == expected.distance && other - asked < expected.id - asked))
-        expected = {d, other};
+  // Few values along each dimension, most points on the first of them: splits between equal values are uneven. And all
+  // points on one, so that there are no halves.
+  constexpr std::uint32_t kCount = ClusterSearch::kMany + 17;
+  for (const std::uint32_t values : {40u, 1u}) {
+    std::vector<ClusterSearch::Entry> entries;
+    for (std::uint32_t i = 0; i < kCount; ++i) {
+      RandomStream random(8, 9, i);
+      ClusterPoint point;
+      for (float& p : point.p) p = 0.1f * static_cast<float>(random.below(8) > 5 ? random.below(values) : 0);
+      point.area = random.below(8) > 5 && values > 1 ? static_cast<float>(1 + random.below(5)) : 1.0f;
+      point.inverseArea = 1.0f / point.area;
+      entries.push_back({point, i});
     }
-    const ClusterSearch::Nearest found = search.nearest(asked);
-    ASSERT_EQ(found.id, expected.id) << asked;
-    ASSERT_EQ(found.distance, expected.distance) << asked;
+    for (const std::uint32_t count : {3000u, kCount}) {
+      Context one, seven;
+      one.threads = 1;
+      seven.threads = 7;
+      const std::span some(entries.data(), count);
+      const ClusterSearch alone(some, count, 0.02f, one), byThreads(some, count, 0.02f, seven);
+      for (std::uint32_t asked = 0; asked < count; asked += count / 400) {
+        ClusterSearch::Nearest expected{std::numeric_limits<float>::infinity(), kNoCluster};
+        for (std::uint32_t other = 0; other < count; ++other) {
+          if (other == asked) continue;
+          const float d = clusterDistance(entries[asked].point, entries[other].point, 0.02f);
+          if (d < expected.distance || (d == expected.distance && other - asked < expected.id - asked))
+            expected = {d, other};
+        }
+        for (const ClusterSearch* search : {&alone, &byThreads}) {
+          const ClusterSearch::Nearest found = search->nearest(asked);
+          ASSERT_EQ(found.id, expected.id) << asked;
+          ASSERT_EQ(found.distance, expected.distance) << asked;
+        }
+      }
+    }
+  }
+}
+
+// So many that threads build what is searched, at first and anew when a third are gone.
+TEST(Agglomerate, manySurfelsGiveTheSameTreeAtAnyNumberOfThreads) {
+  const Surfels surfels = makeSurfels(2 * ClusterSearch::kMany, 3);
+  Context one;
+  one.threads = 1;
+  const Result<ClusterTree> expected = agglomerate(surfels, allOf(surfels), {}, one);
+  ASSERT_TRUE(expected);
+  for (const int threads : {2, 7}) {
+    Context context;
+    context.threads = threads;
+    const Result<ClusterTree> tree = agglomerate(surfels, allOf(surfels), {}, context);
+    ASSERT_TRUE(tree);
+    EXPECT_TRUE(tree->first == expected->first && tree->second == expected->second) << threads << " threads";
   }
 }
 
