@@ -250,7 +250,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   if (share) {
     isBuried = findBuriedInstances(scene, met);
   } else {
-    state->buried = findBuried(scene, met);
+    state->buried = findBuried(scene, met, context);
     for (std::size_t id = 0; id < met.size(); ++id) isBuried[id] = isWholly(state->buried[id]);
   }
   for (const std::uint32_t i : met) {

@@ -2,6 +2,7 @@
 // See ray_piles.h.
 #include "bake/rays/ray_piles.h"
 
+#include "bake/base/parallel_sort.h"
 #include "bake/base/random.h"
 
 #include <algorithm>
@@ -50,25 +51,40 @@ CornerBits wound(CornerBits corners) {
   return corners;
 }
 
+// The opaque triangles whose corners are three, in any order.
+std::vector<Hashed> hashTriangles(const Scene& scene, std::span<const std::uint32_t> instances, Context& context) {
+  constexpr std::size_t kGrain = 4096;  // [triangles]
+  std::vector<std::size_t> first{0};    // of each instance's triangles
+  for (const std::uint32_t i : instances) {
+    const Instance& instance = scene.instances[i];
+    first.push_back(first.back() + (isOpaque(scene, instance) ? scene.meshes[instance.mesh].triangle.size() : 0));
+  }
+  std::vector<Hashed> hashed(first.back());
+  parallelChunks(context, "", hashed.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    auto i = static_cast<std::uint32_t>(std::upper_bound(first.begin(), first.end(), begin) - first.begin()) - 1;
+    for (std::size_t at = begin; at < end; ++at) {
+      while (at >= first[i + 1]) ++i;
+      const auto t = static_cast<std::uint32_t>(at - first[i]);
+      const CornerBits corners = cornersOf(scene, scene.instances[instances[i]], t);
+      const bool isTriangle = corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0];
+      hashed[at] = {hashOf(corners), isTriangle ? i : kNone, t};
+    }
+  });
+  std::erase_if(hashed, [](const Hashed& each) { return each.index == kNone; });
+  return hashed;
+}
+
 }  // namespace
 
-std::vector<std::vector<std::uint8_t>> findBuried(const Scene& scene, std::span<const std::uint32_t> instances) {
+std::vector<std::vector<std::uint8_t>> findBuried(const Scene& scene, std::span<const std::uint32_t> instances,
+                                                  Context& context) {
   std::vector<std::vector<std::uint8_t>> buried(instances.size());
-  std::vector<Hashed> hashed;
-  for (std::uint32_t i = 0; i < instances.size(); ++i) {
-    const Instance& instance = scene.instances[instances[i]];
-    if (!isOpaque(scene, instance)) continue;
-    const auto count = static_cast<std::uint32_t>(scene.meshes[instance.mesh].triangle.size());
-    for (std::uint32_t t = 0; t < count; ++t) {
-      const CornerBits corners = cornersOf(scene, instance, t);
-      if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
-      hashed.push_back({hashOf(corners), i, t});
-    }
-  }
-  std::sort(hashed.begin(), hashed.end(), [](const Hashed& a, const Hashed& b) {
+  std::vector<Hashed> hashed = hashTriangles(scene, instances, context);
+  sortByThreads(context, hashed, [](const Hashed& a, const Hashed& b) {
     if (a.hash != b.hash) return a.hash < b.hash;
     return a.index != b.index ? a.index < b.index : a.triangle < b.triangle;
   });
+  if (context.cancelled()) return buried;
   std::vector<CornerBits> shown;  // fronts of the pile at hand that are in the tree
   for (std::size_t begin = 0, end = 0; begin < hashed.size(); begin = end) {
     while (end < hashed.size() && hashed[end].hash == hashed[begin].hash) ++end;

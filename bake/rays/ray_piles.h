@@ -4,6 +4,7 @@
 // each winding can ever be hit, and to ask about the others would cost the square of their number.
 #pragma once
 
+#include "relume/bake/context.h"
 #include "relume/bake/scene.h"
 
 #include <cstdint>
@@ -17,7 +18,8 @@ inline constexpr std::size_t kPile = 8;
 
 // For each instance in `instances`, 1 for its triangles that no ray can hit; empty when any of them can be hit.
 // [Size instances][Size triangles or 0]
-std::vector<std::vector<std::uint8_t>> findBuried(const Scene& scene, std::span<const std::uint32_t> instances);
+std::vector<std::vector<std::uint8_t>> findBuried(const Scene& scene, std::span<const std::uint32_t> instances,
+                                                  Context& context);
 
 // For each instance in `instances`, 1 when at least kPile instances before it have the same opaque mesh and the same
 // transform. [Size instances]

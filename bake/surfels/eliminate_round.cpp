@@ -22,7 +22,7 @@ constexpr float kQuotaSpacings = 8.0f;        // width of a quota's cube in spac
 constexpr float kQuotaWeight = 1e-3f;         // penalty of a quota that has twice its points; a pair at 0.6 D has 7e-4
 constexpr std::size_t kBucketsPerChunk = 512;
 constexpr std::size_t kPointsPerChunk = 1u << 14;
-constexpr std::size_t kRegionsPerChunk = 4;
+constexpr std::size_t kRegionsPerChunk = 1;
 constexpr std::size_t kFewForThreads = 1u << 14;  // points: a step takes less time than threads do to begin
 constexpr std::size_t kMaxOfAStep = 10;           // one of so many points may be removed in a step
 constexpr std::size_t kFewPoints = 4096;          // not worth steps
@@ -251,7 +251,7 @@ void EliminationRound::remove(std::uint32_t i) {
 
 // The lowest excess above which at most `most` points are. Excesses only fall, so no more than those will go.
 float EliminationRound::chooseStep(std::size_t max, Context& context) const {
-  constexpr std::size_t kPart = 32;  // [regions]
+  constexpr std::size_t kPart = 16;  // [regions]
   std::vector<std::vector<std::uint32_t>> parts((regions_.size() + kPart - 1) / kPart);
   parallelChunks(context, "", regions_.size(), kPart, [&](std::size_t begin, std::size_t end) {
     std::vector<std::uint32_t>& part = parts[begin / kPart];

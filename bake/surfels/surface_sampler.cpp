@@ -20,7 +20,7 @@ constexpr std::uint32_t kStage = 0x53555246;  // the random streams' stage
 constexpr double kMaxEmitterShare = 0.125;    // largest share of all points that small emitters may get in addition
 constexpr double kMaxFarShare = 0.125;        // largest share of all points on sides that are seen from far away only
 constexpr std::size_t kSampledPerChunk = 2048, kManySides = 1u << 16;
-constexpr std::size_t kPointsPerChunk = 8192;
+constexpr std::size_t kPointsPerChunk = 8192, kTrianglesPerChunk = 8192;
 constexpr double kMaxTries = 1e8, kMaxNeedleTries = 1e6;  // on a side
 constexpr double kMaxTriesPerPoint = 64.0;  // on a side that is seen as a whole; more if only a part is seen
 constexpr double kRareShare = 0.25;         // sides of which a smaller share is seen are searched for their seen parts
@@ -114,6 +114,15 @@ SurfaceSampler::SurfaceSampler(const RayTracer& tracer, const PlaySpace& playSpa
                                std::uint32_t emitterPoints, Context& context)
     : scene_(&tracer.scene()), playSpace_(&playSpace) {
   // Collect the sides that are seen. A triangle whose normal is lost to rounding has no side to stand on.
+  std::vector<std::uint8_t> isFlat(scene_->triangleCount(), 0);
+  parallelChunks(context, "", isFlat.size(), kTrianglesPerChunk, [&](std::size_t begin, std::size_t end) {
+    InstanceFinder instances(*scene_);
+    for (auto t = static_cast<std::uint32_t>(begin); t < end; ++t) {
+      if (!(playSpace.seenArea[2 * t] > 0.0f) && !(playSpace.seenArea[2 * t + 1] > 0.0f)) continue;
+      const std::uint32_t i = instances.of(t);
+      isFlat[t] = geometricNormal(*scene_, {i, t - scene_->instances[i].firstTriangle, {}}) == glm::vec3(0.0f);
+    }
+  });
   const auto instanceCount = static_cast<std::uint32_t>(scene_->instances.size());
   std::vector<double> emitterArea(instanceCount, 0.0);
   double farShare = 0.0;
@@ -125,7 +134,7 @@ SurfaceSampler::SurfaceSampler(const RayTracer& tracer, const PlaySpace& playSpa
       for (std::uint32_t back = 0; back < 2; ++back) {
         const std::uint32_t side = 2 * (instance.firstTriangle + t) + back;
         const float area = playSpace.seenArea[side];
-        if (!(area > 0.0f) || geometricNormal(*scene_, {i, t, {}}) == glm::vec3(0.0f)) continue;
+        if (!(area > 0.0f) || isFlat[side / 2] != 0) continue;
         side_.push_back(side);
         if (playSpace.isFar(side)) {
           farShare += playSpace.farShare[side];

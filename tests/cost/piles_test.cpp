@@ -71,7 +71,12 @@ TEST(Piles, buryAllButTheFirstOfEachWinding) {
   const Scene scene = pileOf(2 * kPile);
   std::vector<std::uint32_t> all(scene.instances.size());
   std::iota(all.begin(), all.end(), 0u);
-  const std::vector<std::vector<std::uint8_t>> buried = findBuried(scene, all);
+  Context context;
+  context.threads = 1;
+  const std::vector<std::vector<std::uint8_t>> buried = findBuried(scene, all, context);
+  context.threads = 7;
+  EXPECT_TRUE(findBuried(scene, all, context) == buried);
+  EXPECT_TRUE(findBuried(scene, {}, context).empty());
   for (std::size_t i = 0; i < all.size(); ++i) {
     const bool isShown = i <= 2;  // the quad behind, and the first of the two windings
     EXPECT_EQ(buried[i].empty(), isShown) << i;
@@ -84,7 +89,8 @@ TEST(Piles, leaveFewCopiesAndCutoutsAlone) {
     std::vector<std::uint32_t> all(scene.instances.size());
     std::iota(all.begin(), all.end(), 0u);
     std::size_t buried = 0;
-    for (const auto& instance : findBuried(scene, all)) buried += instance.size();
+    Context context;
+    for (const auto& instance : findBuried(scene, all, context)) buried += instance.size();
     return buried;
   };
   EXPECT_EQ(count(pileOf(kPile - 1)), 0u);
