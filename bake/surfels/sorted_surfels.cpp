@@ -2,6 +2,8 @@
 // See sorted_surfels.h.
 #include "bake/surfels/sorted_surfels.h"
 
+#include "bake/base/parallel.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -53,12 +55,14 @@ SortedSurfels sortSurfels(const PlaySpace& playSpace, std::span<const SurfaceSam
   position.reserve(which.size());
   for (const std::uint32_t i : which) position.push_back(surfels[i].positionWorld);
   sorted.grid = PointGrid(position, sorted.spacing, context);
-  sorted.id.reserve(which.size());
-  sorted.surfel.reserve(which.size());
-  for (const std::uint32_t i : sorted.grid.order()) {
-    sorted.id.push_back(which[i]);
-    sorted.surfel.push_back(mapPoint(surfels[which[i]]));
-  }
+  sorted.id.resize(which.size());
+  sorted.surfel.resize(which.size());
+  parallelChunks(context, "", which.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      sorted.id[i] = which[sorted.grid.order()[i]];
+      sorted.surfel[i] = mapPoint(surfels[sorted.id[i]]);
+    }
+  });
   return sorted;
 }
 

@@ -399,12 +399,13 @@ SurfelMap buildSurfelMap(const Scene& scene, const PlaySpace& playSpace, std::sp
           }
         });
     if (context.cancelled()) return {};
+    if (isOnePart) map.tile.reserve(tiles.size());  // what is left over is never touched
     appendSides(scene, playSpace, near, spacing, first, sides, tiles, map, context);
     if (context.cancelled()) return {};
     if (!isOnePart) context.progress("surfel map", static_cast<double>(last) / static_cast<double>(count));
   }
   map.sides.shrinkToFit();
-  map.tile.shrink_to_fit();
+  if (!isOnePart) map.tile.shrink_to_fit();
   return map;
 }
 
