@@ -56,6 +56,7 @@ struct Unit {
   bool closed = false;      // has opened a cache, or cannot
   float texelSize = 0.0f;   // [m]
   SurfaceSpot spot;         // of `texel`
+  bool mayOpen() const { return !closed && !(weight <= 0.0f); }
 };
 
 // A unit or a cache, as those around it see it.
@@ -212,32 +213,67 @@ class Sharer {
   }
 
   // Go through the units, heaviest first, and open a cache where it saves its cost. Caches of earlier rounds are left
-  // out: the texels that are still open do not see them.
-  void openCaches(const Context& context) {
-    std::vector<std::pair<Neighbour*, float>> served;
+  // out: the texels that are still open do not see them. Whom a unit's cache would serve is found for many at a time,
+  // by all threads; errors only fall, so that those it serves in its turn are among them.
+  void openCaches(Context& context) {
+    constexpr std::size_t kLeast = 32, kMost = 2048, kGrain = 32;  // [units] at a time
+    constexpr std::size_t kMuch = std::size_t{1} << 19;            // neighbours: fewer units then, for their memory
+    std::vector<Served> mayServe(std::min(kMost, unit_.size()));
+    std::vector<Served::Reached> served;
     const float cost = kCacheCost * options_.minChartTexels;
-    for (Unit& unit : unit_) {
+    std::size_t count = 0, atATime = kMost / 8;
+    for (std::size_t first = 0; first < unit_.size(); first += count) {
+      count = std::min(atATime, unit_.size() - first);
+      parallelChunks(context, "", count, kGrain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) findServed(unit_[first + i], mayServe[i]);
+      });
       if (context.cancelled()) return;
-      if (unit.closed || unit.weight <= 0.0f) continue;
-      const SurfaceSpot& spot = unit.spot;
-      served.clear();
-      float saved = 0.0f;
-      const auto serve = [&](Neighbour& other) {
-        const float error = errorOf(other.spot, other.texelSize, spot.positionWorld, spot.normal);
-        if (error >= other.error) return;
-        saved += other.weight * (other.error - error);
-        served.emplace_back(&other, error);
-      };
-      result_.statistics.pairs += forEachNear(units_, nearUnit_, spot.positionWorld, reach_ * unit.texelSize, serve);
-      // (A full texel saves that much by itself, whatever lies around it.)
-      if (saved < cost) continue;
-      for (const auto& [other, error] : served) other->error = error;
-      unit.closed = true;
-      owner_.push_back(unit.texel);
-      result_.caches.push_back({spot.positionWorld, spot.normal});
-      result_.tooMany = result_.caches.size() - invalidCaches_ > maxCaches_;
-      if (result_.tooMany) return;
+      std::size_t found = 0;
+      for (std::size_t i = 0; i < count; ++i) {
+        Unit& unit = unit_[first + i];
+        result_.statistics.pairs += mayServe[i].pairs;
+        found += mayServe[i].neighbour.size();
+        served.clear();
+        float saved = 0.0f;
+        for (const Served::Reached& each : mayServe[i].neighbour) {
+          const Neighbour& other = nearUnit_[each.unit];
+          if (each.error >= other.error) continue;
+          saved += other.weight * (other.error - each.error);
+          served.push_back(each);
+        }
+        // (A full texel saves that much by itself, whatever lies around it.)
+        if (!unit.mayOpen() || saved < cost) continue;
+        for (const Served::Reached& each : served) nearUnit_[each.unit].error = each.error;
+        unit.closed = true;
+        owner_.push_back(unit.texel);
+        result_.caches.push_back({unit.spot.positionWorld, unit.spot.normal});
+        result_.tooMany = result_.caches.size() - invalidCaches_ > maxCaches_;
+        if (result_.tooMany) return;
+      }
+      atATime = found > kMuch ? std::max(kLeast, atATime / 2) : std::min(kMost, 2 * atATime);
     }
+  }
+
+  // The neighbours that a cache of a unit would serve, with their errors then.
+  struct Served {
+    struct Reached {
+      std::uint32_t unit = 0;  // in nearUnit_
+      float error = 0.0f;
+    };
+    std::vector<Reached> neighbour;
+    std::uint64_t pairs = 0;  // that were tested
+  };
+  void findServed(const Unit& unit, Served& served) {
+    served.neighbour.clear();
+    served.pairs = 0;
+    if (!unit.mayOpen()) return;
+    const SurfaceSpot& spot = unit.spot;
+    served.pairs =
+        forEachNear(units_, nearUnit_, spot.positionWorld, reach_ * unit.texelSize, [&](const Neighbour& other) {
+          const float error = errorOf(other.spot, other.texelSize, spot.positionWorld, spot.normal);
+          if (error >= other.error) return;
+          served.neighbour.push_back({static_cast<std::uint32_t>(&other - nearUnit_.data()), error});
+        });
   }
 
   SharedCaches tooMany() const {
