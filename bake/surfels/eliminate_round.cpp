@@ -21,7 +21,7 @@ constexpr float kWeightLimitExponent = 1.5f;  // gamma of the paper
 constexpr float kQuotaSpacings = 8.0f;        // width of a quota's cube in spacings
 constexpr float kQuotaWeight = 1e-3f;         // penalty of a quota that has twice its points; a pair at 0.6 D has 7e-4
 constexpr std::size_t kBucketsPerChunk = 512;
-constexpr std::size_t kPointsPerChunk = 1u << 14;
+constexpr std::size_t kEliminationGrain = 1u << 14;
 constexpr std::size_t kRegionsPerChunk = 1;
 constexpr std::size_t kFewForThreads = 1u << 14;  // points: a step takes less time than threads do to begin
 constexpr std::size_t kMaxOfAStep = 10;           // one of so many points may be removed in a step
@@ -106,7 +106,7 @@ EliminationRound::EliminationRound(std::span<const SurfaceSample> candidates, st
     : count_(count), left_(points.size()) {
   std::vector<glm::vec3> position(points.size());
   const auto forEachPoint = [&](const auto& visit) {
-    parallelChunks(context, "", points.size(), kPointsPerChunk, [&](std::size_t begin, std::size_t end) {
+    parallelChunks(context, "", points.size(), kEliminationGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) visit(i);
     });
   };
@@ -153,7 +153,7 @@ void EliminationRound::sortByQuota(std::span<const SurfaceNode> node, std::uint3
     for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], each.positionWorld[k]);
   }
   std::vector<SortKey> sorted(n);
-  parallelChunks(context, "", n, kPointsPerChunk, [&](std::size_t begin, std::size_t end) {
+  parallelChunks(context, "", n, kEliminationGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       sorted[i] = {node[i].emitter, static_cast<std::uint32_t>(i), mortonOf((node[i].positionWorld - low) / cubeSize)};
     }
