@@ -16,14 +16,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 
 namespace relume {
 
 inline constexpr int kDepthSide = 17;  // odd
 inline constexpr int kDepthHalf = kDepthSide / 2;
-inline constexpr std::size_t kDepthNodes = std::size_t{kDepthSide} * kDepthSide;
 // Words of a cache's map: bytes row by row, low byte first, the rest of the last word zero.
 inline constexpr std::uint32_t kDepthWords = (kDepthSide * kDepthSide + 3) / 4;
 
@@ -49,7 +47,7 @@ inline DepthNodes depthNodesAround(const glm::vec3& v, float l1) {
   return {{node(x + 1, y + 1), node(x, y + 1), node(x + 1, y)}, {fx + fy - 1.0f, 1.0f - fx, 1.0f - fy}};
 }
 
-constexpr float unpackDepth(std::uint32_t byte) {
+inline float unpackDepth(std::uint32_t byte) {
   return static_cast<float>(byte) / (255.0f - std::min(static_cast<float>(byte), 254.0f));
 }
 // t >= 0 and finite.

@@ -17,8 +17,8 @@ constexpr double kBounceBytes = 1.35;
 constexpr double kGridCacheBytes = 12.0, kMapCacheBytes = 8.0, kCoefficientBytes = 2.0;
 // Numbers of caches, in the light map and the grid: in two bytes while so many caches are on the map.
 constexpr double kIndexBytes = 2.0, kWideIndexBytes = 4.0, kNarrowCaches = 65534.0;
-// Of what depth maps take in the bake: triangles that hide nothing are left out, and a node takes six bits.
-constexpr double kSightShare = 0.53;
+// Of what depth maps take in the bake: triangles that hide nothing are left out.
+constexpr double kSightShare = 0.65;
 constexpr double kRowBytes = 2.1, kStepBytes = 1.0, kNodesOfStep = 65536.0;
 
 // Times.

@@ -8,16 +8,17 @@
 
 #include <algorithm>
 #include <array>
+#include <bitset>
+#include <cstring>
 #include <limits>
 
 namespace relume {
 namespace {
 
+constexpr int kNodes = kDepthSide * kDepthSide;
 // [spacings] how far beyond the grid receivers see as they would by the whole map.
 constexpr float kBeyond = 0.5f;
 constexpr float kAnywhere = 1e15f;  // [m]
-// [depthUnit()] as |x|_1: codes are even in distance up to here on a lattice.
-constexpr float kReach = 2.25f;
 // Of distances: rounding errors of positions hide nothing.
 constexpr float kSightRoom = 1.001f;
 
@@ -106,20 +107,22 @@ void visitTriangles(const Visit& visit) {
   }
 }
 
-using NodeBytes = std::array<std::uint8_t, kDepthNodes>;
+std::uint32_t nodeByte(std::span<const std::uint32_t> words, int node) {
+  return words[static_cast<std::size_t>(node) >> 2] >> (8 * (node & 3)) & 0xFFu;
+}
 
 // Nodes of the triangles that hide some place of the box, which is about the cache. A receiver at distance l1 toward p
 // is hidden if t l1 > unit, and l1 |p_k| is at most the box's side along each axis k: where t <= unit |p_k| / side for
 // one axis at all three nodes, it is all over the triangle, as both are linear there.
-std::bitset<kDepthNodes> findNodes(const NodeBytes& bytes, const Box& box, float unit) {
-  std::bitset<kDepthNodes> kept;
+std::bitset<kNodes> findNodes(std::span<const std::uint32_t> words, const Box& box, float unit) {
+  std::bitset<kNodes> kept;
   const glm::vec3 low = glm::max(-box.low, 0.0f) * kSightRoom, high = glm::max(box.high, 0.0f) * kSightRoom;
   visitTriangles([&](const std::array<int, 3>& nodes) {
     std::array<glm::vec3, 3> point;
     std::array<float, 3> t;
     for (std::size_t i = 0; i < 3; ++i) {
       point[i] = pointOf(nodes[i]);
-      t[i] = unpackDepth(bytes[static_cast<std::size_t>(nodes[i])]);
+      t[i] = unpackDepth(nodeByte(words, nodes[i]));
     }
     const glm::vec3 middle = point[0] + point[1] + point[2];
     bool hides = true;
@@ -137,88 +140,44 @@ std::bitset<kDepthNodes> findNodes(const NodeBytes& bytes, const Box& box, float
 }  // namespace
 
 GridSight::GridSight(const Caches& caches, std::pmr::memory_resource* memory)
-    : unit_(caches.grid.depthUnit()),
-      spacing_(caches.grid.finestSpacing()),
-      byteOf_{},
-      depthOf_{},
-      begin_(memory),
-      byte_(memory) {
+    : unit_(caches.grid.depthUnit()), spacing_(caches.grid.finestSpacing()), begin_(memory), byte_(memory) {
   const CacheGrid& grid = caches.grid;
   if (grid.depth.empty()) return;
-  // Bricks halve the spacing, and with it how far receivers are.
-  const float reach = grid.brick.empty() ? kReach : 0.5f * kReach;
-  for (std::uint32_t code = 0; code < kCodes; ++code) {
-    const auto far = static_cast<float>(kCodes - 1 - code) / static_cast<float>(kCodes - 1 - kFarCodes);
-    const float share = code < kFarCodes ? static_cast<float>(code) / static_cast<float>(kFarCodes) : 1.0f;
-    byteOf_[code] = static_cast<std::uint8_t>(share * 255.0f / (1.0f + std::min(far, 1.0f) * reach) + 0.5f);
-    depthOf_[code] = unpackDepth(byteOf_[code]);
-  }
   const std::size_t count = grid.depth.size() / kDepthWords;
   const std::pmr::vector<Box> boxes = findReceivers(grid, count, memory);
   begin_.reserve(count + 1);
   for (std::uint32_t cache = 0; cache < count; ++cache) {
     begin_.push_back(static_cast<std::uint32_t>(byte_.size()));
     const auto words = grid.depth.span().subspan(std::size_t{kDepthWords} * cache, kDepthWords);
-    NodeBytes bytes;
-    for (std::size_t node = 0; node < kDepthNodes; ++node)
-      bytes[node] = static_cast<std::uint8_t>(roundDepth(words[node / 4] >> (8 * (node % 4)) & 0xFFu));
     const glm::vec3 place = caches.positionWorld[cache];
-    addMap(bytes, findNodes(bytes, {boxes[cache].low - place, boxes[cache].high - place}, unit_));
+    const std::bitset<kNodes> kept = findNodes(words, {boxes[cache].low - place, boxes[cache].high - place}, unit_);
+    if (kept.none()) continue;
+    std::array<Row, kDepthSide + 1> rows{};
+    std::array<std::uint8_t, kNodes> bytes;
+    std::size_t size = 0;
+    for (int row = 0; row <= kDepthSide; ++row) {
+      int first = 0, end = row < kDepthSide ? kDepthSide : 0;
+      const auto isKept = [&](int x) { return kept[static_cast<std::size_t>(row * kDepthSide + x)]; };
+      while (first < end && !isKept(first)) ++first;
+      while (end > first && !isKept(end - 1)) --end;
+      rows[static_cast<std::size_t>(row)] = static_cast<Row>(size << kFirstBits | static_cast<std::size_t>(first));
+      for (int x = first; x < end; ++x)
+        bytes[size++] = static_cast<std::uint8_t>(nodeByte(words, row * kDepthSide + x));
+    }
+    const auto* const from = reinterpret_cast<const std::uint8_t*>(rows.data());
+    byte_.insert(byte_.end(), from, from + kRowBytes);
+    byte_.insert(byte_.end(), bytes.data(), bytes.data() + size);
   }
   begin_.push_back(static_cast<std::uint32_t>(byte_.size()));
-  byte_.push_back(0);
   byte_.shrink_to_fit();
-}
-
-void GridSight::addMap(const NodeBytes& bytes, const std::bitset<kDepthNodes>& kept) {
-  if (kept.none()) return;
-  constexpr std::size_t kSide = kDepthSide;
-  std::array<std::size_t, kSide> first, end;
-  std::size_t firstRow = kSide, endRow = 0;
-  for (std::size_t row = 0; row < kSide; ++row) {
-    const auto isKept = [&](std::size_t x) { return kept[row * kSide + x]; };
-    first[row] = 0;
-    end[row] = kSide;
-    while (end[row] > 0 && !isKept(end[row] - 1)) --end[row];
-    while (first[row] < end[row] && !isKept(first[row])) ++first[row];
-    if (end[row] == 0) continue;
-    firstRow = std::min(firstRow, row);
-    endRow = row + 1;
-  }
-  const auto push = [this](std::size_t byte) { byte_.push_back(static_cast<std::uint8_t>(byte & 0xFFu)); };
-  const auto pushRow = [&](std::size_t low, std::size_t high) {
-    push(low | high << kFirstBits);
-    push((low | high << kFirstBits) >> 8);
-  };
-  pushRow(firstRow, endRow - firstRow);
-  std::size_t count = 0;
-  for (std::size_t row = firstRow; row < endRow; ++row) {
-    pushRow(first[row], count);
-    count += end[row] - first[row];
-  }
-  pushRow(0, count);
-  std::size_t waiting = 0;
-  int bits = 0;
-  for (std::size_t row = firstRow; row < endRow; ++row) {
-    for (std::size_t x = first[row]; x < end[row]; ++x) {
-      waiting |= std::size_t{codeOf(bytes[row * kSide + x])} << bits;
-      for (bits += kCodeBits; bits >= 8; bits -= 8, waiting >>= 8) push(waiting);
-    }
-  }
-  if (bits > 0) push(waiting);
-}
-
-std::uint32_t GridSight::codeOf(std::uint32_t byte) const {
-  const auto above = std::upper_bound(byteOf_.begin(), byteOf_.end(), byte);
-  return static_cast<std::uint32_t>(above - byteOf_.begin()) - 1;
 }
 
 void GridSight::read(std::uint32_t cache, std::span<std::uint32_t> words) const {
   std::fill(words.begin(), words.end(), 0u);
   if (begin_[cache] == begin_[cache + 1]) return;
   const std::uint8_t* const map = byte_.data() + begin_[cache];
-  for (int node = 0; node < static_cast<int>(kDepthNodes); ++node)
-    words[static_cast<std::size_t>(node) >> 2] |= std::uint32_t{byteOf_[codeAt(map, node)]} << (8 * (node & 3));
+  for (int node = 0; node < kNodes; ++node)
+    words[static_cast<std::size_t>(node) >> 2] |= byteAt(map, node) << (8 * (node & 3));
 }
 
 std::size_t GridSight::bytes() const { return sizeof(std::uint32_t) * begin_.size() + byte_.size(); }
