@@ -101,7 +101,10 @@ Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, c
 
   // 2. Receivers: where light is gathered (PIC 4.4), and what remains of the senders' tree
   auto caches = stages.placeCaches(*tracer, *space, context);
-  const bool mayBeMemory = !caches && clustering.isBeside() && !context.cancelled();
+  // Memory that the tree takes may have been what they lacked.
+  const bool mayBeMemory =
+      !caches && clustering.isBeside() && !context.cancelled() && caches.error().code == ErrorCode::failed;
+  if (!caches && !mayBeMemory) return caches.error();
   auto hierarchy = runStage(context, "hierarchy", [&] { return clustering.take(); });
   if (!hierarchy) return hierarchy.error();
   if (mayBeMemory) caches = stages.placeCaches(*tracer, *space, context);
