@@ -18,7 +18,8 @@ namespace relume {
 class ClusteringBeside {
  public:
   // Begins on a thread of its own where there may be two, the surfels are many, and memory is ample: a quarter of what
-  // may be held at most. While both are made, context.maxMemory leaves out what the tree may take. All must outlive it.
+  // may be held at most. While both are made, context.maxMemory leaves out what the tree may take, and context.threads
+  // those that work for it. All must outlive it.
   ClusteringBeside(const RayTracer& tracer, const Surfels& surfels, const BakeOptions& options, Context& context);
   // What still runs is cancelled.
   ~ClusteringBeside();
@@ -31,6 +32,14 @@ class ClusteringBeside {
   // The tree; made now where it was not made beside. Its figures are noted in the stage that runs now. Once.
   Result<Hierarchy> take();
 
+  // How a context's threads are shared out while both are made. Whoever has all of the machine's keeps them: oneTBB has
+  // no more, and gives them to both in turn (one more thread may run then). [threads: 0 = all]
+  struct Threads {
+    bool beside = false;
+    int tree = 0, rest = 0;
+  };
+  static Threads shareThreads(int threads, int ofMachine);
+
   static constexpr std::uint32_t kMany = 1u << 16;  // [surfels] with fewer, a thread and a turn gain little
 
  private:
@@ -39,7 +48,8 @@ class ClusteringBeside {
   const BakeOptions& options_;
   Context& context_;
   Context own_;                    // of the thread beside: its figures are not those of the stage that runs
-  const std::uint64_t maxMemory_;  // of the context
+  const std::uint64_t maxMemory_;  // of the context, as are threads_
+  const int threads_;
   std::future<Result<Hierarchy>> made_;
 };
 

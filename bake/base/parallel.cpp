@@ -42,7 +42,7 @@ void parallelChunks(Context& context, std::string_view stage, std::size_t count,
   // An arena is no larger than what oneTBB allows the process, which is a thread for each core; more are asked for
   // here.
   std::optional<tbb::global_control> more;
-  if (context.threads > tbb::info::default_concurrency())
+  if (context.threads > coresOfProcess())
     more.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(context.threads));
   tbb::task_arena arena(context.threads > 0 ? context.threads : tbb::task_arena::automatic);
   try {
@@ -53,6 +53,8 @@ void parallelChunks(Context& context, std::string_view stage, std::size_t count,
     throw std::bad_alloc();
   }
 }
+
+int coresOfProcess() { return tbb::info::default_concurrency(); }
 
 void mapByThreads(Context& context, void* begin, std::size_t bytes) {
   constexpr std::size_t kPage = 4096, kMuch = std::size_t{4} << 20, kAtOnce = std::size_t{1} << 20;

@@ -18,6 +18,9 @@ namespace relume {
 void parallelChunks(Context& context, std::string_view stage, std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t begin, std::size_t end)>& body);
 
+// How many threads there are for a context that asks for all.
+int coresOfProcess();
+
 // Have the system map memory that is about to be written for the first time: it clears what is mapped, which takes a
 // thread longer than to write it. For what std::vector::reserve() has got.
 void mapByThreads(Context& context, void* begin, std::size_t bytes);

@@ -194,6 +194,23 @@ ChangedCells findChangedCells(const VoxelVolume& volume, const CellSet& before) 
   return found;
 }
 
+namespace {
+
+std::uint32_t slotAt(const CellSet& cells, const glm::ivec3& cell) {
+  return cells.grid.holdsCell(cell) ? cells.slot[cells.grid.cellIndex(cell)] : kInactive;
+}
+
+}  // namespace
+
+std::uint32_t slotBefore(const CellSet& before, const CellSet& cells, const glm::ivec3& cell) {
+  if (!before.grid.sharesCells(cells.grid) || before.slot.empty()) return kInactive;
+  return slotAt(before, cell + cells.grid.shift - before.grid.shift);
+}
+
+std::uint32_t slotAround(const CellSet& around, const CellSet& cells, const glm::ivec3& cell) {
+  return slotAt(around, ((cell + cells.grid.shift) >> 1) - around.grid.shift);
+}
+
 CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal) {
   CellStencil stencil;
   const VolumeGrid& grid = cells.grid;

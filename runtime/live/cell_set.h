@@ -43,6 +43,11 @@ struct ChangedCells {
 };
 ChangedCells findChangedCells(const VoxelVolume& volume, const CellSet& before);
 
+// Where light of a cell's cache comes from, kInactive = nowhere: the cache of the cell in `before`, of the same volume;
+// or in `around`, of the volume that it lies in, of the cell that holds it. [cell: within cells.grid]
+std::uint32_t slotBefore(const CellSet& before, const CellSet& cells, const glm::ivec3& cell);
+std::uint32_t slotAround(const CellSet& around, const CellSet& cells, const glm::ivec3& cell);
+
 // Caches and weights, which sum to 1, or are 0 where there is no cache.
 struct CellStencil {
   std::array<std::uint32_t, 8> slot{};

@@ -86,8 +86,6 @@ void LiveCaches::reset() {
 void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
   const bool stood = volume.standingVersion() == standingVersion_;
   if (stood && volume.movingVersion() == movingVersion_) return;
-  const bool isSame = cells_.grid.sharesCells(volume.grid());
-  const glm::ivec3 by = volume.grid().shift - cells_.grid.shift;
   ChangedCells found = findChangedCells(volume, cells_);
   CellSet& cells = found.cells;
   std::vector<float> coefficients(std::size_t{kCoefficients} * cells.active.size(), 0.0f),
@@ -99,17 +97,12 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
     brightest[to] = from.brightest_[slot];
   };
   for (std::size_t i = 0; i < cells.active.size(); ++i) {
-    const glm::ivec3 cell = cells.grid.cellAt(cells.active[i]), before = cell + by;
-    const std::uint32_t old =
-        isSame && cells_.grid.holdsCell(before) ? cells_.slot[cells_.grid.cellIndex(before)] : kInactive;
-    if (old != kInactive) {
+    const glm::ivec3 cell = cells.grid.cellAt(cells.active[i]);
+    if (const std::uint32_t old = slotBefore(cells_, cells, cell); old != kInactive) {
       copy(*this, old, i);
       isLit[i] = isLit_[old];
     } else if (around != nullptr) {
-      const VolumeGrid& outer = around->cells_.grid;
-      const glm::ivec3 holds = ((cell + cells.grid.shift) >> 1) - outer.shift;
-      const std::uint32_t slot = outer.holdsCell(holds) ? around->cells_.slot[outer.cellIndex(holds)] : kInactive;
-      if (slot != kInactive) copy(*around, slot, i);
+      if (const std::uint32_t slot = slotAround(around->cells_, cells, cell); slot != kInactive) copy(*around, slot, i);
     }
   }
   // Caches have other numbers now. Stencils are found again, but for those of standing voxels far from what has
@@ -118,13 +111,14 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
     const glm::ivec3& voxel = volume.voxelOfSide(s);
     const glm::ivec3 cell = voxel >> 2;
     if (!found.changes.seesTheSame(cells.grid, cell, kStencilReach)) return false;
-    const std::uint32_t old = cells_.grid.cellIndex(cell + by);
+    const std::uint32_t old = cells_.grid.cellIndex(cell + found.changes.by);
     const std::uint32_t number = cells_.first[old] + countBefore(cells_.standing[old], voxel);
     if (2 * std::size_t{number} + 1 >= standing_.size()) return false;
     stencil = standing_[2 * std::size_t{number} + s % 2];
     for (std::size_t k = 0; k < 8; ++k) {
       if (stencil.weight[k] > 0.0f)
-        stencil.slot[k] = cells.slot[cells.grid.cellIndex(cells_.grid.cellAt(cells_.active[stencil.slot[k]]) - by)];
+        stencil.slot[k] =
+            cells.slot[cells.grid.cellIndex(cells_.grid.cellAt(cells_.active[stencil.slot[k]]) - found.changes.by)];
     }
     return true;
   };

@@ -115,19 +115,14 @@ std::vector<std::uint32_t> NestedVolumesGl::slotsBefore(std::span<const VoxelVol
   for (std::size_t l = 0; l < volumes.size(); ++l) {
     const CellSet* const before = l < size() ? &volumes_[l]->cells : nullptr;
     const CellSet& cells = next[l].cells ? *next[l].cells : *before;
-    const bool isSame = before != nullptr && before->grid.sharesCells(cells.grid);
     for (std::uint32_t i = 0; i < cells.active.size(); ++i) {
       std::uint32_t& slot = from[places[l].firstCache + i];
       const glm::ivec3 cell = cells.grid.cellAt(cells.active[i]);
-      const glm::ivec3 was = isSame ? cell + cells.grid.shift - before->grid.shift : glm::ivec3(-1);
-      const std::uint32_t own =
-          isSame && before->grid.holdsCell(was) ? before->slot[before->grid.cellIndex(was)] : kInactive;
+      const std::uint32_t own = before != nullptr ? slotBefore(*before, cells, cell) : kInactive;
       if (own != kInactive) {
         slot = volumes_[l]->at.firstCache + own;
       } else if (around != nullptr) {
-        const glm::ivec3 holds = ((cell + cells.grid.shift) >> 1) - around->grid.shift;
-        const std::uint32_t outer =
-            around->grid.holdsCell(holds) ? around->slot[around->grid.cellIndex(holds)] : kInactive;
+        const std::uint32_t outer = slotAround(*around, cells, cell);
         if (outer != kInactive) slot = from[places[l - 1].firstCache + outer] | kBegins;
       }
     }

@@ -2,6 +2,7 @@
 // The OpenGL passes of light without a bake against their twins on the CPU.
 #include "runtime/live_gl/live_caches_gl.h"
 
+#include "tests/live/irradiance_by_shader.h"
 #include "tests/live/lit_volumes.h"
 #include "tests/runtime/counting_loader.h"
 #include "tests/runtime/gl_test_support.h"
@@ -185,21 +186,9 @@ TEST_F(LiveCachesOnGl, aShaderReadsTheLightAsTheCpuDoes) {
     ASSERT_TRUE(cpu.update(volume, {}));
     ASSERT_TRUE(gl.update(volume, {}));
   }
-  std::mt19937 random(7);
-  std::uniform_real_distribution<float> in(0.0f, 1.0f);
-  std::vector<float> places;
   constexpr std::size_t kPlaces = 2000;
-  for (std::size_t i = 0; i < kPlaces; ++i) {
-    const glm::vec3 p = glm::vec3(6, 3, 5) * glm::vec3(in(random), in(random), in(random)), n = unit(random);
-    places.insert(places.end(), {p.x, p.y, p.z, n.x, n.y, n.z});
-  }
-  gl.bind();
-  const std::vector<float> found = runCompute(
-      gl.glsl(),
-      "  vec3 e = relumeLiveIrradiance(vec3(inData[6u * i], inData[6u * i + 1u], inData[6u * i + 2u]),\n"
-      "                                vec3(inData[6u * i + 3u], inData[6u * i + 4u], inData[6u * i + 5u]));\n"
-      "  outData[3u * i] = e.r;\n  outData[3u * i + 1u] = e.g;\n  outData[3u * i + 2u] = e.b;\n",
-      places, kPlaces, 3 * kPlaces, [&](GLuint program) { gl.setUniforms(program); });
+  const std::vector<float> places = placesInBox(kPlaces, glm::vec3(0.0f), {6, 3, 5});
+  const std::vector<float> found = irradianceByShader(gl, places);
   std::size_t off = 0;
   double sum = 0.0;
   for (std::size_t i = 0; i < kPlaces; ++i) {

@@ -3,6 +3,7 @@
 #include "relume/live_light.h"
 #include "runtime/live/nested_caches.h"
 #include "runtime/live_gl/live_caches_gl.h"
+#include "tests/live/irradiance_by_shader.h"
 #include "tests/live/lit_volumes.h"
 #include "tests/runtime/counting_loader.h"
 #include "tests/runtime/gl_test_support.h"
@@ -13,7 +14,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <random>
 #include <vector>
 
 namespace relume {
@@ -178,21 +178,9 @@ TEST_F(NestedCachesOnGl, aShaderReadsTheLightAsTheCpuDoes) {
       ASSERT_TRUE(cpu.update(volumes, frame));
       ASSERT_TRUE(gl.update(volumes, frame));
     }
-    std::mt19937 random(7);
-    std::uniform_real_distribution<float> in(0.0f, 1.0f);
-    std::vector<float> places;
     constexpr std::size_t kPlaces = 1000;
-    for (std::size_t i = 0; i < kPlaces; ++i) {
-      const glm::vec3 p = glm::vec3(17, 4, 6) * glm::vec3(in(random), in(random), in(random)) - 0.5f, n = unit(random);
-      places.insert(places.end(), {p.x, p.y, p.z, n.x, n.y, n.z});
-    }
-    gl.bind();
-    const std::vector<float> found = runCompute(
-        gl.glsl(),
-        "  vec3 e = relumeLiveIrradiance(vec3(inData[6u * i], inData[6u * i + 1u], inData[6u * i + 2u]),\n"
-        "                                vec3(inData[6u * i + 3u], inData[6u * i + 4u], inData[6u * i + 5u]));\n"
-        "  outData[3u * i] = e.r;\n  outData[3u * i + 1u] = e.g;\n  outData[3u * i + 2u] = e.b;\n",
-        places, kPlaces, 3 * kPlaces, [&](GLuint program) { gl.setUniforms(program); });
+    const std::vector<float> places = placesInBox(kPlaces, glm::vec3(-0.5f), {16.5f, 3.5f, 5.5f});
+    const std::vector<float> found = irradianceByShader(gl, places);
     std::size_t off = 0, between = 0, inSky = 0;
     double sum = 0.0;
     for (std::size_t i = 0; i < kPlaces; ++i) {

@@ -89,31 +89,49 @@ TEST(ClusteringBeside, beginsOnlyWhereAThreadAndMemoryAreToSpare) {
   const Level many(ClusteringBeside::kMany), few(ClusteringBeside::kMany - 1);
   BakeOptions options = manySurfels();
   options.clustering.method = ClusteringOptions::Method::kd;
-  Context one, two, little;
+  Context one, four, little;
   one.threads = 1;
-  two.threads = little.threads = 2;
+  four.threads = little.threads = 4;
   constexpr std::uint64_t kLittle = std::uint64_t{64} << 20;
   little.maxMemory = kLittle;
   ClusteringBeside alone(*many.tracer, many.surfels, options, one);
   EXPECT_FALSE(alone.isBeside());
-  EXPECT_FALSE(ClusteringBeside(*few.tracer, few.surfels, options, two).isBeside());
+  EXPECT_FALSE(ClusteringBeside(*few.tracer, few.surfels, options, four).isBeside());
   EXPECT_FALSE(ClusteringBeside(*many.tracer, many.surfels, options, little).isBeside());
   EXPECT_EQ(little.maxMemory, kLittle);
-  ClusteringBeside beside(*many.tracer, many.surfels, options, two);
+  ClusteringBeside beside(*many.tracer, many.surfels, options, four);
   ASSERT_TRUE(beside.isBeside());
-  EXPECT_GT(two.maxMemory, 0u) << "what the tree may take is left out";
+  EXPECT_GT(four.maxMemory, 0u) << "what the tree may take is left out";
   const Result<Hierarchy> a = alone.take(), b = beside.take();
   ASSERT_TRUE(a && b);
   EXPECT_TRUE(a->child.toVector() == b->child.toVector());
   EXPECT_FALSE(beside.isBeside());
-  EXPECT_EQ(two.maxMemory, 0u);
+  EXPECT_EQ(four.maxMemory, 0u);
+  EXPECT_EQ(four.threads, 4);
+}
+
+// No more threads run than were asked for, where the machine has more.
+TEST(ClusteringBeside, threadsAreSharedOut) {
+  for (int threads = 0; threads <= 64; ++threads) {
+    for (const int ofMachine : {1, 2, 16, 64}) {
+      const ClusteringBeside::Threads shared = ClusteringBeside::shareThreads(threads, ofMachine);
+      if (!shared.beside) {
+        EXPECT_TRUE(threads > 0 && threads < 4) << threads;
+      } else if (threads > 0 && threads < ofMachine) {
+        EXPECT_EQ(shared.tree + shared.rest, threads);
+        EXPECT_GE(std::min(shared.tree, shared.rest), 1);
+      } else {
+        EXPECT_TRUE(shared.tree == threads && shared.rest == threads) << threads << " of " << ofMachine;
+      }
+    }
+  }
 }
 
 TEST(ClusteringBeside, isCancelledWithItsContext) {
   const Level level(8 * ClusteringBeside::kMany);  // seconds of clustering
   BakeOptions options = manySurfels();
   Context context;
-  context.threads = 2;
+  context.threads = 4;
   ClusteringBeside beside(*level.tracer, level.surfels, options, context);
   ASSERT_TRUE(beside.isBeside());
   context.cancel();
@@ -134,7 +152,7 @@ TEST(ClusteringBeside, refusedCachesAreTriedAgainAlone) {
     return made(tracer, space, context);
   };
   Context context;
-  context.threads = 2;
+  context.threads = 4;
   EXPECT_TRUE(placeLevel(scene, options, stages, context));
   EXPECT_EQ(calls, 2);
   calls = 0;

@@ -141,6 +141,15 @@ class ViewerSession : public testing::Test {
 // The level without a bake.
 class LiveSession : public ViewerSession {
  protected:
+  // Of the view's light without direct light, green.
+  double meanLight() {
+    ViewState state = session_->state;
+    state.direct = false;
+    double sum = 0.0;
+    const std::vector<glm::vec3> shown = *session_->viewer->irradiance(state, kWidth, kHeight);
+    for (const glm::vec3& e : shown) sum += static_cast<double>(e.g);
+    return sum / (kWidth * kHeight);
+  }
   void SetUp() override {
     ViewerSession::SetUp();
     options_.draft = false;

@@ -88,14 +88,6 @@ TEST_F(LiveSession, aWindowThatDoesNotWaitIsLitAsWell) {
 
 TEST_F(LiveSession, lightFollowsALamp) {
   show(40);
-  const auto meanLight = [&] {
-    ViewState state = session_->state;
-    state.direct = false;
-    double sum = 0.0;
-    const std::vector<glm::vec3> shown = *session_->viewer->irradiance(state, kWidth, kHeight);
-    for (const glm::vec3& e : shown) sum += static_cast<double>(e.g);
-    return sum / (kWidth * kHeight);
-  };
   const double before = meanLight();
   const LitFrame& last = session_->viewer->live()->last();
   EXPECT_GT(last.voxels, 100u);
@@ -109,14 +101,6 @@ TEST_F(LiveSession, lightFollowsALamp) {
 
 // Frames in OpenGL, shadows by the window's maps: the CPU's light, by rays, to what the maps miss.
 TEST_F(LiveSession, openGlFollowsLampsObjectsAndCells) {
-  const auto meanLight = [&] {
-    ViewState state = session_->state;
-    state.direct = false;
-    double sum = 0.0;
-    const std::vector<glm::vec3> shown = *session_->viewer->irradiance(state, kWidth, kHeight);
-    for (const glm::vec3& e : shown) sum += static_cast<double>(e.g);
-    return sum / (kWidth * kHeight);
-  };
   show(40);
   const double byCpu = meanLight();
   ASSERT_GT(byCpu, 0.01);
@@ -167,14 +151,6 @@ TEST_F(LiveSession, openGlLightsVolumesAboutTheEye) {
   options_.live.cascades = 2;
   options_.live.cells = 12;
   options_.live.rays = 16;
-  const auto meanLight = [&] {
-    ViewState state = session_->state;
-    state.direct = false;
-    double sum = 0.0;
-    const std::vector<glm::vec3> shown = *session_->viewer->irradiance(state, kWidth, kHeight);
-    for (const glm::vec3& e : shown) sum += static_cast<double>(e.g);
-    return sum / (kWidth * kHeight);
-  };
   const auto goAndLook = [&](float x) {
     session_->state.camera.position.x += x;
     for (int i = 0; i < 25; ++i) frame();

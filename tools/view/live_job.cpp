@@ -4,7 +4,6 @@
 
 #include "tools/base/clock.h"
 
-#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <new>
@@ -33,10 +32,6 @@ LitFrame frameOf(const LiveLevel& level, bool hasLight, bool hasVoxels, const st
           level.isSettled(),
           level.passTimes(),
           level.bufferSizes()};
-}
-
-bool hasCopies(const LitFrame& frame) {
-  return frame.volume || std::ranges::any_of(frame.inner, [](const auto& volume) { return volume != nullptr; });
 }
 
 }  // namespace
@@ -82,7 +77,7 @@ void LiveJob::follow(LiveScene scene, bool wantsVoxels) {
 void LiveJob::followOnce(LiveScene scene, double seconds, bool wantsVoxels) {
   const std::lock_guard lock(mutex_);
   changeWish(wantsVoxels);
-  if (result_ && *result_ && hasCopies(**result_)) dropVoxels();
+  if (result_ && *result_ && (*result_)->hasCopies()) dropVoxels();
   next_ = std::move(scene);
   step_ = seconds;
   isWanted_ = true;
@@ -161,9 +156,9 @@ void LiveJob::handOver(Result<LitFrame> found, const Versions& versions) {
   LitFrame waits;
   if (result_ && *result_) waits = std::move(**result_);
   if (!found) {
-    if (hasCopies(waits)) handedOver_.clear();
+    if (waits.hasCopies()) handedOver_.clear();
   } else {
-    if (hasCopies(*found)) handedOver_ = versions;
+    if (found->hasCopies()) handedOver_ = versions;
     if (!found->volume) found->volume = std::move(waits.volume);
     for (std::size_t l = 0; l < waits.inner.size() && l < found->inner.size(); ++l) {
       if (!found->inner[l]) found->inner[l] = std::move(waits.inner[l]);

@@ -6,6 +6,7 @@
 #include "tools/gl_scene/live_field.h"
 #include "tools/render/live_level.h"
 
+#include <algorithm>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
@@ -28,6 +29,9 @@ struct LitFrame {
   std::vector<VoxelRadiance> radiance;
   // The same of the volumes that lie in it, where OpenGL lights several. [Size 0 or the others]
   std::vector<std::unique_ptr<VoxelVolume>> inner;
+  bool hasCopies() const {
+    return volume || std::ranges::any_of(inner, [](const auto& each) { return each != nullptr; });
+  }
   std::uint64_t number = 0;  // counted from 1
   std::uint32_t voxels = 0, caches = 0;
   bool isSettled = false;  // no more come unless something changes

@@ -81,8 +81,7 @@ void LiveShading::takeVoxels(LitFrame& found) {
 Status LiveShading::show(LitFrame found) {
   const LiveTexels texels = std::exchange(found.texels, {});
   if (options_.backend == BackendKind::gl) {
-    const bool isNew = found.volume || std::ranges::any_of(found.inner, [](const auto& v) { return v != nullptr; });
-    if (!isNew) return done();
+    if (!found.hasCopies()) return done();
     volume_.reset();
     if (next_) {
       shown_.reset();
