@@ -8,7 +8,7 @@
 #include "runtime/gl/timer.h"
 #include "runtime/live_gl/live_objects.h"
 #include "runtime/voxels/check_geometry.h"
-#include "runtime/voxels/snap_triangles.h"
+#include "runtime/voxels/packed_mesh.h"
 #include "runtime/voxels/step_place.h"
 #include "shaders/shared/layout.h"
 

@@ -135,8 +135,7 @@ Result<MovingShape> makeShape(const MovingMesh& mesh, std::size_t index) {
                        kNoPatch);
   std::vector<SnappedTriangle> triangles;
   SnapCounts counts;
-  if (!snapTriangles(shape.grid, SnapBox::of(shape.grid), voxelMesh, surfaces.surface, glm::mat4x3(1.0f), 0,
-                     static_cast<std::uint32_t>(mesh.triangle.size()), triangles, counts))
+  if (!snapTriangles(shape.grid, SnapBox::of(shape.grid), voxelMesh, glm::mat4x3(1.0f), triangles, counts))
     return refused(index, "makes too many triangles of at most 8 voxels");
   voxelise(triangles, surfaces.surface, shape);
   makeViews(shape);

@@ -5,7 +5,6 @@
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/stopwatch.h"
 #include "runtime/voxels/check_geometry.h"
-#include "runtime/voxels/triangle_runs.h"
 
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
@@ -18,7 +17,7 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kSnapChunk = 64 * kTrianglesOfRun;
+constexpr std::uint32_t kSnapChunk = 64;  // runs
 
 // Of no other volume, so that what is kept of one is not taken for another's.
 std::uint64_t newVersion() {
@@ -43,29 +42,16 @@ Status VoxelVolume::snapParts(const VolumeGrid& grid, const std::vector<Part>& p
   std::vector<Piece> pieces;
   for (std::uint32_t p = 0; p < parts.size(); ++p) {
     if (!parts[p].present || !wants(p)) continue;
-    const auto count = static_cast<std::uint32_t>((*meshes_)[parts[p].part.mesh].triangle.size());
+    const auto count = static_cast<std::uint32_t>(geometry_->mesh[parts[p].part.mesh].run.size());
     for (std::uint32_t begin = 0; begin < count; begin += kSnapChunk)
       pieces.push_back({p, begin, std::min(begin + kSnapChunk, count)});
   }
   forChunks(parallelFor_, static_cast<std::uint32_t>(pieces.size()), 1, [&](std::uint32_t first, std::uint32_t last) {
     for (std::uint32_t i = first; i < last; ++i) {
       Piece& piece = pieces[i];
-      const Part& part = parts[piece.part];
-      const Mesh& mesh = (*meshes_)[part.part.mesh];
-      const RunsOutside isOutside(grid, box, part.part.toWorld);
-      const auto snap = [&](std::uint32_t begin, std::uint32_t end) {
-        return begin == end || snapTriangles(grid, box, {mesh.position, mesh.triangle, mesh.surface}, surfaces_,
-                                             part.part.toWorld, begin, end, piece.snapped, piece.counts);
-      };
-      std::uint32_t begin = piece.begin;
-      for (std::uint32_t t = piece.begin; t < piece.end && piece.fits; t += kTrianglesOfRun) {
-        const TriangleRun& run = mesh.run[t / kTrianglesOfRun];
-        if (!isOutside(run)) continue;
-        piece.fits = snap(begin, t);
-        piece.counts.outside += run.there;
-        begin = std::min(t + kTrianglesOfRun, piece.end);
-      }
-      piece.fits = piece.fits && snap(begin, piece.end);
+      const VoxelPart& part = parts[piece.part].part;
+      piece.fits = snapRuns(grid, box, geometry_->mesh[part.mesh], part.toWorld, piece.begin, piece.end, piece.snapped,
+                            piece.counts);
     }
   });
   std::size_t total = 0;
@@ -95,7 +81,7 @@ Status VoxelVolume::fill(const VolumeGrid& grid, bool moves, const std::vector<P
   const auto wants = [&](std::uint32_t p) { return parts[p].part.moves == moves; };
   if (Status ok = snapParts(grid, parts, SnapBox::of(grid), wants, triangles, stats); !ok) return ok;
   voxelise(grid, triangles, parallelFor_, layer);
-  fillSides(grid, triangles, surfaces_, budget(), parallelFor_, layer);
+  fillSides(grid, triangles, geometry_->surfaces, budget(), parallelFor_, layer);
   stats.occupied = layer.occupied;
   stats.dropped = layer.occupied - layer.kept;
   return done();
@@ -144,7 +130,7 @@ Status VoxelVolume::refill(const std::vector<Part>& parts, std::span<const PartE
   const auto stands = [&](std::uint32_t p) { return !parts[p].part.moves; };
   if (Status ok = snapParts(grid_, parts, boxAround(grid_, dirty), stands, around, counted); !ok) return ok;
   layer = standing_;
-  if (!patchSides(grid_, dirty, around, surfaces_, budget(), parallelFor_, layer))
+  if (!patchSides(grid_, dirty, around, geometry_->surfaces, budget(), parallelFor_, layer))
     return fill(grid_, false, parts, layer, stats);
   stats.occupied = layer.occupied;
   stats.dropped = 0;
@@ -250,7 +236,7 @@ Status VoxelVolume::fillMoved(const VolumeGrid& from, const VolumeGrid& to, Voxe
   VoxelStats counted;
   const auto stands = [&](std::uint32_t p) { return !parts_[p].part.moves; };
   if (Status ok = snapParts(to, parts_, boxAround(to, uncovered), stands, around, counted); !ok) return ok;
-  if (!patchSides(to, uncovered, around, surfaces_, budget(), parallelFor_, moved))
+  if (!patchSides(to, uncovered, around, geometry_->surfaces, budget(), parallelFor_, moved))
     return fill(to, false, parts_, layer, stats);
   layer = std::move(moved);
   stats.occupied = layer.occupied;

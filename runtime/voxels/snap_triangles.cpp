@@ -3,7 +3,6 @@
 #include "runtime/voxels/snap_triangles.h"
 
 #include "runtime/voxels/split_edges.h"
-#include "runtime/voxels/step_place.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -15,14 +14,6 @@ namespace relume {
 namespace {
 
 using Corner = glm::ivec3;
-
-bool isOutside(const SnapBox& box, const std::array<Corner, 3>& t) {
-  for (int k = 0; k < 3; ++k) {
-    if (std::max({t[0][k], t[1][k], t[2][k]}) < box.low[k] || std::min({t[0][k], t[1][k], t[2][k]}) > box.high[k])
-      return true;
-  }
-  return false;
-}
 
 struct SplitSteps {
   bool isLong(const Corner& a, const Corner& b) const {
@@ -38,53 +29,63 @@ struct SplitSteps {
 
 }  // namespace
 
-bool isThere(float coverage, std::uint32_t triangle) {
-  if (coverage >= 1.0f) return true;
-  std::uint32_t hash = triangle * 2654435769u;
-  hash ^= hash >> 15;
-  hash *= 2246822519u;
-  hash ^= hash >> 13;
-  return static_cast<float>(hash >> 8) < coverage * 0x1p+24f;
+TriangleSnapper::TriangleSnapper(const VolumeGrid& grid, const SnapBox& box, const glm::mat4x3& toWorld)
+    : place_(StepPlace::of(grid, toWorld)), box_(box) {}
+
+bool TriangleSnapper::isOutside(const std::array<Corner, 3>& t) const {
+  for (int k = 0; k < 3; ++k) {
+    if (std::max({t[0][k], t[1][k], t[2][k]}) < box_.low[k] || std::min({t[0][k], t[1][k], t[2][k]}) > box_.high[k])
+      return true;
+  }
+  return false;
 }
 
-bool snapTriangles(const VolumeGrid& grid, const SnapBox& box, const VoxelMesh& mesh,
-                   std::span<const VoxelSurface> surfaces, const glm::mat4x3& toWorld, std::uint32_t begin,
-                   std::uint32_t end, std::vector<SnappedTriangle>& snapped, SnapCounts& counts) {
-  const StepPlace place = StepPlace::of(grid, toWorld);
-  std::vector<std::array<Corner, 3>> stack;
-  for (std::uint32_t t = begin; t < end; ++t) {
-    if (!isThere(surfaces[mesh.surface[t]].coverage, t)) continue;
-    const glm::uvec3& index = mesh.triangle[t];
-    stack.push_back({place.stepsOf(mesh.position[index.x]),
-                     place.stepsOf(mesh.position[place.mirrored ? index.z : index.y]),
-                     place.stepsOf(mesh.position[place.mirrored ? index.y : index.z])});
-    if (isOutside(box, stack.back())) ++counts.outside;
-    bool isFirst = true;
-    while (!stack.empty()) {
-      const std::array<Corner, 3> now = stack.back();
-      stack.pop_back();
-      if (isOutside(box, now)) continue;
-      if (splitOnce(SplitSteps{}, now, stack)) {
-        counts.split += isFirst ? 1 : 0;
-        isFirst = false;
-        continue;
-      }
-      const glm::dvec3 n = glm::cross(glm::dvec3(now[1] - now[0]), glm::dvec3(now[2] - now[0]));
-      const double length = glm::length(n);
-      if (length == 0.0) {
-        ++counts.zeroArea;
-        continue;
-      }
-      SnappedTriangle& out = snapped.emplace_back();
-      for (std::size_t c = 0; c < 3; ++c) {
-        for (int k = 0; k < 3; ++k) out.corner[c][static_cast<std::size_t>(k)] = static_cast<std::int16_t>(now[c][k]);
-      }
-      for (int k = 0; k < 3; ++k)
-        out.normal[static_cast<std::size_t>(k)] = static_cast<std::int8_t>(std::floor(127.0 * n[k] / length + 0.5));
-      out.area = static_cast<std::uint32_t>(std::max(length, 1.0));
-      out.surface = mesh.surface[t];
-      if (snapped.size() > kMaxSnapped) return false;
+bool TriangleSnapper::add(const std::array<Corner, 3>& corners, std::uint32_t surface,
+                          std::vector<SnappedTriangle>& snapped, SnapCounts& counts) {
+  if (isOutside(corners)) {
+    ++counts.outside;
+    return true;
+  }
+  stack_.assign(1, corners);
+  if (place_.mirrored) std::swap(stack_.back()[1], stack_.back()[2]);
+  bool isFirst = true;
+  while (!stack_.empty()) {
+    const std::array<Corner, 3> now = stack_.back();
+    stack_.pop_back();
+    if (isOutside(now)) continue;
+    if (splitOnce(SplitSteps{}, now, stack_)) {
+      counts.split += isFirst ? 1 : 0;
+      isFirst = false;
+      continue;
     }
+    const glm::dvec3 n = glm::cross(glm::dvec3(now[1] - now[0]), glm::dvec3(now[2] - now[0]));
+    const double length = glm::length(n);
+    if (length == 0.0) {
+      ++counts.zeroArea;
+      continue;
+    }
+    SnappedTriangle& out = snapped.emplace_back();
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (int k = 0; k < 3; ++k) out.corner[c][static_cast<std::size_t>(k)] = static_cast<std::int16_t>(now[c][k]);
+    }
+    for (int k = 0; k < 3; ++k)
+      out.normal[static_cast<std::size_t>(k)] = static_cast<std::int8_t>(std::floor(127.0 * n[k] / length + 0.5));
+    out.area = static_cast<std::uint32_t>(std::max(length, 1.0));
+    out.surface = surface;
+    if (snapped.size() > kMaxSnapped) return false;
+  }
+  return true;
+}
+
+bool snapTriangles(const VolumeGrid& grid, const SnapBox& box, const VoxelMesh& mesh, const glm::mat4x3& toWorld,
+                   std::vector<SnappedTriangle>& snapped, SnapCounts& counts) {
+  TriangleSnapper snapper(grid, box, toWorld);
+  for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
+    const glm::uvec3& index = mesh.triangle[t];
+    if (!snapper.add({snapper.stepsOf(mesh.position[index.x]), snapper.stepsOf(mesh.position[index.y]),
+                      snapper.stepsOf(mesh.position[index.z])},
+                     mesh.surface[t], snapped, counts))
+      return false;
   }
   return true;
 }

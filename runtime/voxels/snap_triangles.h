@@ -4,6 +4,7 @@
 #pragma once
 
 #include "relume/voxel_geometry.h"
+#include "runtime/voxels/step_place.h"
 #include "runtime/voxels/voxel_grid.h"
 
 #include <array>
@@ -37,14 +38,29 @@ struct SnapBox {
   static SnapBox of(const VolumeGrid& grid) { return {glm::ivec3(0), kVoxelSteps * grid.voxels()}; }
 };
 
-// Whether a triangle of a surface with this coverage is there, by a hash of its number. [0..1]
-bool isThere(float coverage, std::uint32_t triangle);
+// Triangles of one part, one after the other. Two that share an edge split it at the same points: no cracks open.
+class TriangleSnapper {
+ public:
+  TriangleSnapper(const VolumeGrid& grid, const SnapBox& box, const glm::mat4x3& toWorld);
 
-// Appends the triangles [begin, end) of a mesh that has passed checkGeometry(). Two triangles that share an edge split
-// it at the same points: no cracks open. Triangles of a surface with coverage below 1 are kept by chance, the same ones
-// each time. Returns false where there would be more than kMaxSnapped.
-bool snapTriangles(const VolumeGrid& grid, const SnapBox& box, const VoxelMesh& mesh,
-                   std::span<const VoxelSurface> surfaces, const glm::mat4x3& toWorld, std::uint32_t begin,
-                   std::uint32_t end, std::vector<SnappedTriangle>& snapped, SnapCounts& counts);
+  glm::ivec3 stepsOf(const glm::vec3& position) const {
+    return place_.stepsOf(position);
+  }  // as SnappedTriangle::corner
+  // Appends a triangle with these corners, counter-clockwise where its mesh has its front. Returns false where there
+  // would be more than kMaxSnapped.
+  bool add(const std::array<glm::ivec3, 3>& corners, std::uint32_t surface, std::vector<SnappedTriangle>& snapped,
+           SnapCounts& counts);
+
+ private:
+  bool isOutside(const std::array<glm::ivec3, 3>& t) const;
+
+  StepPlace place_;
+  SnapBox box_;
+  std::vector<std::array<glm::ivec3, 3>> stack_;
+};
+
+// All triangles of a mesh that has passed checkGeometry(), whatever their surfaces cover.
+bool snapTriangles(const VolumeGrid& grid, const SnapBox& box, const VoxelMesh& mesh, const glm::mat4x3& toWorld,
+                   std::vector<SnappedTriangle>& snapped, SnapCounts& counts);
 
 }  // namespace relume

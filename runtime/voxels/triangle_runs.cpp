@@ -2,8 +2,6 @@
 // See triangle_runs.h.
 #include "runtime/voxels/triangle_runs.h"
 
-#include <glm/common.hpp>
-
 #include <algorithm>
 #include <cmath>
 
@@ -16,22 +14,6 @@ constexpr double kMargin = kVoxelSteps;
 constexpr double kFarRun = 0x1p+28;
 
 }  // namespace
-
-std::vector<TriangleRun> findRuns(const VoxelMesh& mesh, std::span<const VoxelSurface> surfaces) {
-  const auto count = static_cast<std::uint32_t>(mesh.triangle.size());
-  std::vector<TriangleRun> runs((count + kTrianglesOfRun - 1) / kTrianglesOfRun);
-  for (std::uint32_t t = 0; t < count; ++t) {
-    TriangleRun& run = runs[t / kTrianglesOfRun];
-    if (t % kTrianglesOfRun == 0) run.min = run.max = mesh.position[mesh.triangle[t].x];
-    for (int c = 0; c < 3; ++c) {
-      const glm::vec3& p = mesh.position[mesh.triangle[t][c]];
-      run.min = glm::min(run.min, p);
-      run.max = glm::max(run.max, p);
-    }
-    if (isThere(surfaces[mesh.surface[t]].coverage, t)) ++run.there;
-  }
-  return runs;
-}
 
 RunsOutside::RunsOutside(const VolumeGrid& grid, const SnapBox& box, const glm::mat4x3& toWorld) {
   const double scale = kVoxelSteps / double{grid.voxel};

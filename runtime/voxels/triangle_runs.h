@@ -3,7 +3,6 @@
 // most of a level is when a few voxels of it are found anew.
 #pragma once
 
-#include "relume/voxel_geometry.h"
 #include "runtime/voxels/snap_triangles.h"
 #include "runtime/voxels/voxel_grid.h"
 
@@ -11,20 +10,15 @@
 #include <glm/vec3.hpp>
 
 #include <cstdint>
-#include <span>
-#include <vector>
 
 namespace relume {
 
 inline constexpr std::uint32_t kTrianglesOfRun = 64;
 
 struct TriangleRun {
-  glm::vec3 min{0.0f}, max{0.0f};  // as the mesh's vertices
-  std::uint32_t there = 0;         // how many of its triangles are: isThere()
+  glm::vec3 min{0.0f}, max{0.0f};  // of its vertices, as the mesh has them
+  std::uint32_t firstVertex = 0, firstSurface = 0;
 };
-
-// [Size triangles / kTrianglesOfRun, rounded up] of a mesh that has passed checkGeometry().
-std::vector<TriangleRun> findRuns(const VoxelMesh& mesh, std::span<const VoxelSurface> surfaces);
 
 // Which runs of a placed mesh have no triangle that reaches into a box. May say no of one that is out of it.
 class RunsOutside {

@@ -21,7 +21,6 @@ namespace {
 
 constexpr std::uint32_t kTriangles = 512, kVoxels = 1024;  // of a chunk
 constexpr std::uint32_t kBatch = 1u << 22;                 // triangles whose pairs are held at once
-constexpr int kAlbedoSteps = 4095;
 constexpr double kEmissionSteps = 0x1p+20;
 
 // Four places in a voxel, [1/64 voxel] from its middle: on any plane across it one in each quarter.
@@ -80,7 +79,7 @@ glm::ivec3 signedBytes(const glm::vec3& axis) {
           static_cast<int>(std::floor(127.0f * axis.z + 0.5f))};
 }
 
-void addEmission(SideSums& sums, const VoxelSurface& surface, std::int64_t seen, double unit) {
+void addEmission(SideSums& sums, const SurfaceEmission& surface, std::int64_t seen, double unit) {
   sums.emitting += seen;
   if (surface.doubleSided) sums.backEmitting += seen;
   for (int k = 0; k < 3; ++k) {
@@ -102,10 +101,10 @@ void addMoment(const SnappedTriangle& t, std::int64_t share, Moment& m) {
 }
 
 // What a triangle adds to both sides of a voxel with this axis. [127 times the unit vector]
-void addSides(const SnappedTriangle& t, std::uint32_t triangle, const VoxelSurface& surface, const glm::ivec3& v,
+void addSides(const SnappedTriangle& t, std::uint32_t triangle, const SummedSurfaces& surfaces, const glm::ivec3& v,
               const glm::ivec3& axis, const VoxelPair& pair, double emissionUnit, std::span<SideSums, 2> sides) {
   const std::int64_t share = pair.share;
-  const glm::ivec3 n = normalOf(t), place = placeIn(t, v, glm::ivec3(0));
+  const glm::ivec3 n = normalOf(t), place = placeIn(t, v, glm::ivec3(0)), albedo = surfaces.albedo(t.surface);
   const int cosine = n.x * axis.x + n.y * axis.y + n.z * axis.z;
   SideSums &s = sides[cosine >= 0 ? 0 : 1], &other = sides[cosine >= 0 ? 1 : 0];
   const std::int64_t weight = std::max<std::int64_t>(share * std::abs(cosine) / (127 * 127), 1);
@@ -119,15 +118,15 @@ void addSides(const SnappedTriangle& t, std::uint32_t triangle, const VoxelSurfa
     const auto i = static_cast<std::size_t>(k);
     s.normal[i] += weight * n[k];
     s.position[i] += weight * place[k];
-    s.albedo[i] += weight * static_cast<std::int64_t>(std::floor(surface.albedo[k] * float{kAlbedoSteps} + 0.5f));
+    s.albedo[i] += weight * albedo[k];
   }
   // What stands across is seen from both sides.
   const bool isAcross = 8 * std::abs(cosine) < 127 * 127;
   (isAcross ? s.across : s.facing) += share;
   if (isAcross) other.across += share;
-  if (surface.emission != glm::vec3(0.0f)) {
-    addEmission(s, surface, seen, emissionUnit);
-    if (isAcross) addEmission(other, surface, seen, emissionUnit);
+  if (const SurfaceEmission* const emits = surfaces.emission(t.surface)) {
+    addEmission(s, *emits, seen, emissionUnit);
+    if (isAcross) addEmission(other, *emits, seen, emissionUnit);
   }
   for (std::size_t i = 0; i < 4; ++i) {
     const glm::ivec3 off = placeIn(t, v, kSubCentres[i]) - kSubCentres[i];
@@ -265,12 +264,10 @@ VoxelLayer moveLayer(const VoxelLayer& layer, const VolumeGrid& to, const glm::i
   return moved;
 }
 
-void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles,
-               std::span<const VoxelSurface> surfaces, std::uint32_t budget, const ParallelFor& parallelFor,
-               VoxelLayer& layer) {
+void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const SummedSurfaces& surfaces,
+               std::uint32_t budget, const ParallelFor& parallelFor, VoxelLayer& layer) {
   makeRoom(layer, std::min(layer.occupied, budget));
-  float brightest = 0.0f;
-  for (const VoxelSurface& s : surfaces) brightest = std::max({brightest, s.emission.x, s.emission.y, s.emission.z});
+  const float brightest = surfaces.brightest();
   const double emissionUnit = brightest > 0.0f ? double{brightest} / kEmissionSteps : 1.0;
 
   // Calls visit(number, pairs) for each voxel and batch of triangles. One batch's pairs are found once for both passes.
@@ -305,7 +302,7 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
     const glm::ivec3 axis = signedBytes(layer.axis[number]);
     for (const VoxelPair& pair : found) {
       const SnappedTriangle& t = triangles[pair.triangle];
-      addSides(t, pair.triangle, surfaces[t.surface], layer.voxel[number], axis, pair, emissionUnit, sides);
+      addSides(t, pair.triangle, surfaces, layer.voxel[number], axis, pair, emissionUnit, sides);
     }
   });
 
@@ -323,8 +320,8 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
 }
 
 bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty,
-                std::span<const SnappedTriangle> triangles, std::span<const VoxelSurface> surfaces,
-                std::uint32_t budget, const ParallelFor& parallelFor, VoxelLayer& layer) {
+                std::span<const SnappedTriangle> triangles, const SummedSurfaces& surfaces, std::uint32_t budget,
+                const ParallelFor& parallelFor, VoxelLayer& layer) {
   VoxelLayer patch, made;
   patch.bits.assign(grid.cellCount(), 0);
   addBits(grid, triangles, parallelFor, patch.bits);

@@ -5,6 +5,7 @@
 
 #include "relume/relighter.h"
 #include "runtime/voxels/snap_triangles.h"
+#include "runtime/voxels/summed_surfaces.h"
 #include "runtime/voxels/voxel_grid.h"
 
 #include <array>
@@ -64,15 +65,14 @@ VoxelLayer moveLayer(const VoxelLayer& layer, const VolumeGrid& to, const glm::i
 
 // Sides of the first `budget` occupied voxels, in the order of their numbers. Sums are of integers, so that they do not
 // depend on the order in which threads add them.
-void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles,
-               std::span<const VoxelSurface> surfaces, std::uint32_t budget, const ParallelFor& parallelFor,
-               VoxelLayer& layer);
+void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const SummedSurfaces& surfaces,
+               std::uint32_t budget, const ParallelFor& parallelFor, VoxelLayer& layer);
 
 // The same layer but for the voxels of `dirty`, whose bits and sides are found anew. triangles: at least all that
 // overlap such a voxel, in the order in which the whole layer has them. False, and nothing is changed, where the layer
 // has or would have more voxels than the budget keeps. [Size dirty: cells]
 bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty,
-                std::span<const SnappedTriangle> triangles, std::span<const VoxelSurface> surfaces,
-                std::uint32_t budget, const ParallelFor& parallelFor, VoxelLayer& layer);
+                std::span<const SnappedTriangle> triangles, const SummedSurfaces& surfaces, std::uint32_t budget,
+                const ParallelFor& parallelFor, VoxelLayer& layer);
 
 }  // namespace relume

@@ -76,19 +76,7 @@ Result<VoxelVolume> VoxelVolume::create(const VoxelGeometry& geometry, const Vox
     if (options.boxMin == options.boxMax) box = boundsOf(geometry);
     volume.grid_ = fitGrid(box.min, box.max, options.cells);
     volume.grid_.roams = options.roams;
-    volume.surfaces_.assign(geometry.surfaces.begin(), geometry.surfaces.end());
-    std::vector<Mesh> meshes(geometry.meshes.size());
-    forChunks(options.parallelFor, static_cast<std::uint32_t>(meshes.size()), 1,
-              [&](std::uint32_t first, std::uint32_t last) {
-                for (std::uint32_t m = first; m < last; ++m) {
-                  const VoxelMesh& mesh = geometry.meshes[m];
-                  meshes[m] = {{mesh.position.begin(), mesh.position.end()},
-                               {mesh.triangle.begin(), mesh.triangle.end()},
-                               {mesh.surface.begin(), mesh.surface.end()},
-                               findRuns(mesh, geometry.surfaces)};
-                }
-              });
-    volume.meshes_ = std::make_shared<const std::vector<Mesh>>(std::move(meshes));
+    volume.geometry_ = std::make_shared<const PackedGeometry>(packGeometry(geometry, options.parallelFor));
     for (const VoxelPart& part : geometry.parts) volume.parts_.push_back({part, true});
     volume.surfaceBudget_ = options.surfaceBudget;
     volume.parallelFor_ = options.parallelFor;
@@ -103,8 +91,7 @@ Result<VoxelVolume> VoxelVolume::over(const VolumeGrid& grid) const {
   try {
     VoxelVolume volume;
     volume.grid_ = grid;
-    volume.surfaces_ = surfaces_;
-    volume.meshes_ = meshes_;
+    volume.geometry_ = geometry_;
     volume.parts_ = parts_;
     volume.surfaceBudget_ = surfaceBudget_;
     volume.parallelFor_ = parallelFor_;
@@ -235,9 +222,8 @@ std::vector<PassTime> VoxelVolume::passTimes() const {
 
 std::vector<std::pair<std::string, std::size_t>> VoxelVolume::bufferSizes() const {
   const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
-  std::size_t geometry = bytes(surfaces_) + bytes(parts_);
-  for (const Mesh& mesh : *meshes_)
-    geometry += bytes(mesh.position) + bytes(mesh.triangle) + bytes(mesh.surface) + bytes(mesh.run);
+  std::size_t geometry = geometry_->surfaces.bytes() + bytes(parts_);
+  for (const PackedMesh& mesh : geometry_->mesh) geometry += mesh.bytes();
   return {{"bricks",
            bytes(bits_) + bytes(standing_.bits) + bytes(standing_.first) + bytes(moving_.bits) + bytes(moving_.first)},
           {"voxel sides", bytes(standing_.axis) + bytes(standing_.side) + bytes(moving_.axis) + bytes(moving_.side)},

@@ -18,7 +18,7 @@
 #include "relume/result.h"
 #include "relume/voxel_geometry.h"
 #include "runtime/voxels/march.h"
-#include "runtime/voxels/triangle_runs.h"
+#include "runtime/voxels/packed_mesh.h"
 #include "runtime/voxels/voxel_grid.h"
 #include "runtime/voxels/voxel_layer.h"
 
@@ -144,12 +144,6 @@ class VoxelVolume {
   void useParallelFor(ParallelFor parallelFor) { parallelFor_ = std::move(parallelFor); }
 
  private:
-  struct Mesh {
-    std::vector<glm::vec3> position;
-    std::vector<glm::uvec3> triangle;
-    std::vector<std::uint32_t> surface;
-    std::vector<TriangleRun> run;
-  };
   struct Part {
     VoxelPart part;
     bool present = true;
@@ -177,8 +171,7 @@ class VoxelVolume {
   SideLight sideLight(const VoxelLayer& standing, const VoxelLayer& moving, std::size_t kept) const;
 
   VolumeGrid grid_;
-  std::vector<VoxelSurface> surfaces_;
-  std::shared_ptr<const std::vector<Mesh>> meshes_;  // which copies share: the most of what a volume holds
+  std::shared_ptr<const PackedGeometry> geometry_;  // which copies share
   std::vector<Part> parts_;
   std::uint32_t surfaceBudget_ = 0;  // as VoxelOptions has it
   ParallelFor parallelFor_;

@@ -3,7 +3,7 @@
 #include "tests/live/voxels_on_gl.h"
 
 #include "runtime/shared/shader_text.h"
-#include "runtime/voxels/snap_triangles.h"
+#include "runtime/voxels/packed_mesh.h"
 #include "runtime/voxels/step_place.h"
 #include "runtime/voxels/voxel_volume.h"
 #include "shaders/shared/layout.h"
@@ -40,11 +40,12 @@ Bits bitsOf(const VoxelGeometry& geometry, const VolumeGrid& grid, bool moves) {
   Bits bits(grid.cellCount(), 0);
   std::vector<SnappedTriangle> triangles;
   SnapCounts counts;
+  const PackedGeometry packed = packGeometry(geometry, {});
   for (const VoxelPart& part : geometry.parts) {
     if (part.moves != moves) continue;
-    const VoxelMesh& mesh = geometry.meshes[part.mesh];
-    EXPECT_TRUE(snapTriangles(grid, SnapBox::of(grid), mesh, geometry.surfaces, part.toWorld, 0,
-                              static_cast<std::uint32_t>(mesh.triangle.size()), triangles, counts));
+    const PackedMesh& mesh = packed.mesh[part.mesh];
+    EXPECT_TRUE(snapRuns(grid, SnapBox::of(grid), mesh, part.toWorld, 0, static_cast<std::uint32_t>(mesh.run.size()),
+                         triangles, counts));
   }
   addBits(grid, triangles, {}, bits);
   return bits;

@@ -61,14 +61,15 @@ int main(int argc, char** argv) {
   std::size_t triangles = 0;
   for (std::size_t p = 0; p + 1 < parts.size(); ++p) triangles += meshes[parts[p].mesh].triangle.size();
   double all = 1e9, allGl = 1e9, ballAll = 1e9, ballBits = 1e9, ballGl = 1e9;
+  const PackedGeometry packed = packGeometry(geometry, parallelFor);
   const auto bitsOf = [&](bool moves, std::vector<std::uint64_t>& bits) {
     std::vector<std::vector<SnappedTriangle>> snapped(parts.size());
     parallelFor(static_cast<std::uint32_t>(parts.size()), [&](std::uint32_t p) {
       SnapCounts counts;
-      const VoxelMesh& mesh = meshes[parts[p].mesh];
+      const PackedMesh& mesh = packed.mesh[parts[p].mesh];
       if (parts[p].moves == moves)
-        snapTriangles(volume.grid(), SnapBox::of(volume.grid()), mesh, geometry.surfaces, parts[p].toWorld, 0,
-                      static_cast<std::uint32_t>(mesh.triangle.size()), snapped[p], counts);
+        snapRuns(volume.grid(), SnapBox::of(volume.grid()), mesh, parts[p].toWorld, 0,
+                 static_cast<std::uint32_t>(mesh.run.size()), snapped[p], counts);
     });
     bits.assign(volume.grid().cellCount(), 0);
     for (const auto& each : snapped) addBits(volume.grid(), each, parallelFor, bits);

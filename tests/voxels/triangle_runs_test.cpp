@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Runs of triangles that are passed over: none has a triangle that reaches into the box.
-#include "runtime/voxels/triangle_runs.h"
+#include "runtime/voxels/packed_mesh.h"
 
 #include <gtest/gtest.h>
 #include <glm/mat3x3.hpp>
@@ -46,18 +46,111 @@ glm::mat4x3 someTransform(float scale, float distance, std::mt19937& random) {
   return toWorld;
 }
 
+// The mesh without what is not there, as a host would hand it over.
+SmallTriangles thoseThere(const SmallTriangles& made) {
+  SmallTriangles there = made;
+  there.triangle.clear();
+  there.surface.clear();
+  for (std::uint32_t t = 0; t < made.triangle.size(); ++t) {
+    if (!isThere(made.surfaces[made.surface[t]].coverage, t)) continue;
+    there.triangle.push_back(made.triangle[t]);
+    there.surface.push_back(made.surface[t]);
+  }
+  return there;
+}
+
+PackedGeometry packed(const SmallTriangles& made) {
+  const VoxelMesh mesh = made.mesh();
+  return packGeometry({made.surfaces, {&mesh, 1}, {}}, {});
+}
+
+std::vector<SnappedTriangle> snapped(const VolumeGrid& grid, const SnapBox& box, const SmallTriangles& made,
+                                     const glm::mat4x3& toWorld, SnapCounts& counts) {
+  std::vector<SnappedTriangle> out;
+  EXPECT_TRUE(snapTriangles(grid, box, made.mesh(), toWorld, out, counts));
+  return out;
+}
+
+TEST(PackedMesh, hasItsTrianglesAndTheirSurfaces) {
+  std::mt19937 random(4);
+  SmallTriangles made(9 * kTrianglesOfRun + 5, 5.0f, random);
+  made.surfaces[0].albedo = {0.25f, 0.5f, 1.0f};
+  made.surfaces[1].emission = {0.0f, 2.0f, 0.5f};
+  made.surfaces[1].doubleSided = true;
+  // Strips, so that triangles share vertices by their places and by their numbers
+  for (std::size_t t = 1; t < made.triangle.size(); t += 2) made.triangle[t].x = made.triangle[t - 1].z;
+  for (std::size_t t = 2; t < made.triangle.size(); t += 3) made.position[made.triangle[t].y] = made.position[0];
+  const SmallTriangles there = thoseThere(made);
+  const PackedGeometry geometry = packed(made);
+  const PackedMesh& mesh = geometry.mesh[0];
+  ASSERT_EQ(mesh.triangle.size(), there.triangle.size());
+  ASSERT_EQ(mesh.run.size(), (there.triangle.size() + kTrianglesOfRun - 1) / kTrianglesOfRun);
+  EXPECT_LT(mesh.vertex.size(), 3 * there.triangle.size() * 9 / 10) << "vertices that triangles share are kept once";
+  EXPECT_EQ(geometry.surfaces.size(), 2 * mesh.run.size());
+  for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
+    const TriangleRun& run = mesh.run[t / kTrianglesOfRun];
+    for (int c = 0; c < 3; ++c) {
+      const glm::vec3& p = mesh.vertex[run.firstVertex + mesh.triangle[t][static_cast<std::size_t>(c)]];
+      ASSERT_EQ(p, there.position[there.triangle[t][c]]) << t;
+      ASSERT_EQ(glm::clamp(p, run.min, run.max), p) << t;
+    }
+    const std::uint32_t surface = run.firstSurface + mesh.triangle[t][3];
+    const bool emits = there.surface[t] == 1;
+    ASSERT_EQ(geometry.surfaces.albedo(surface), emits ? glm::ivec3(2048) : glm::ivec3(1024, 2048, 4095)) << t;
+    const SurfaceEmission* const emission = geometry.surfaces.emission(surface);
+    ASSERT_EQ(emission != nullptr, emits) << t;
+    if (emits) {
+      ASSERT_EQ(emission->emission, made.surfaces[1].emission);
+      ASSERT_TRUE(emission->doubleSided);
+    }
+  }
+  EXPECT_EQ(geometry.surfaces.brightest(), 2.0f);
+}
+
+TEST(PackedMesh, snapsAsTheHostsMesh) {
+  std::mt19937 random(7);
+  VolumeGrid grid;
+  grid.voxel = 0.1f;
+  grid.cells = glm::ivec3(16);
+  std::size_t kept = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    const SmallTriangles made(10 * kTrianglesOfRun + 17, 5.0f, random), there = thoseThere(made);
+    const PackedGeometry geometry = packed(made);
+    const auto runs = static_cast<std::uint32_t>(geometry.mesh[0].run.size());
+    const glm::mat4x3 toWorld = someTransform(1.0f, 4.0f, random);
+    const SnapBox all = SnapBox::of(grid);
+    const SnapBox box{trial % 2 == 0 ? all.low : all.high / 3, trial % 3 == 0 ? all.high : all.high * 2 / 3};
+    SnapCounts counts, expectedCounts;
+    std::vector<SnappedTriangle> found;
+    ASSERT_TRUE(snapRuns(grid, box, geometry.mesh[0], toWorld, 0, runs, found, counts));
+    const std::vector<SnappedTriangle> expected = snapped(grid, box, there, toWorld, expectedCounts);
+    ASSERT_EQ(found.size(), expected.size());
+    kept += found.size();
+    for (std::size_t t = 0; t < found.size(); ++t) {
+      ASSERT_EQ(found[t].corner, expected[t].corner);
+      ASSERT_EQ(found[t].normal, expected[t].normal);
+      ASSERT_EQ(found[t].area, expected[t].area);
+    }
+    EXPECT_EQ(counts.outside, expectedCounts.outside);
+    EXPECT_EQ(counts.split, expectedCounts.split);
+    EXPECT_EQ(counts.zeroArea, expectedCounts.zeroArea);
+  }
+  EXPECT_GT(kept, 1000u);
+}
+
 TEST(TriangleRuns, thatArePassedOverHaveNothingInTheBox) {
   std::mt19937 random(5);
   std::uniform_int_distribution<int> step(0, 16 * kBrickSide * kVoxelSteps);
   VolumeGrid grid;
   grid.voxel = 0.1f;
   grid.cells = glm::ivec3(16);
-  std::uint32_t passedOver = 0, looked = 0;
+  std::size_t passedOver = 0, looked = 0;
   for (int trial = 0; trial < 60; ++trial) {
     // The last run has fewer triangles than the others.
-    const SmallTriangles made(10 * kTrianglesOfRun + 17, 5.0f, random);
-    const std::vector<TriangleRun> runs = findRuns(made.mesh(), made.surfaces);
-    ASSERT_EQ(runs.size(), 11u);
+    const SmallTriangles there = thoseThere(SmallTriangles(10 * kTrianglesOfRun + 17, 5.0f, random));
+    SmallTriangles all = there;
+    all.surfaces[1].coverage = 1.0f;
+    const PackedGeometry geometry = packed(all);
     const VolumeGrid moved = shifted(grid, {trial % 5 - 2, trial % 3 - 1, trial % 7 - 3});
     SnapBox box;
     for (int k = 0; k < 3; ++k) {
@@ -67,18 +160,19 @@ TEST(TriangleRuns, thatArePassedOverHaveNothingInTheBox) {
     }
     const glm::mat4x3 toWorld = someTransform(1.0f, 4.0f, random);
     const RunsOutside isOutside(moved, box, toWorld);
-    for (std::uint32_t r = 0; r < runs.size(); ++r) {
+    for (std::size_t r = 0; r < geometry.mesh[0].run.size(); ++r) {
       ++looked;
-      if (!isOutside(runs[r])) continue;
+      if (!isOutside(geometry.mesh[0].run[r])) continue;
       ++passedOver;
-      const std::uint32_t begin = r * kTrianglesOfRun,
-                          end = std::min<std::uint32_t>(begin + kTrianglesOfRun,
-                                                        static_cast<std::uint32_t>(made.triangle.size()));
-      std::vector<SnappedTriangle> snapped;
+      SmallTriangles run = all;
+      const auto from = static_cast<std::ptrdiff_t>(r * kTrianglesOfRun);
+      const auto to =
+          std::min(from + std::ptrdiff_t{kTrianglesOfRun}, static_cast<std::ptrdiff_t>(all.triangle.size()));
+      run.triangle.assign(all.triangle.begin() + from, all.triangle.begin() + to);
+      run.surface.assign(all.surface.begin() + from, all.surface.begin() + to);
       SnapCounts counts;
-      ASSERT_TRUE(snapTriangles(moved, box, made.mesh(), made.surfaces, toWorld, begin, end, snapped, counts));
-      EXPECT_TRUE(snapped.empty());
-      EXPECT_EQ(counts.outside, runs[r].there);
+      EXPECT_TRUE(snapped(moved, box, run, toWorld, counts).empty());
+      EXPECT_EQ(counts.outside, run.triangle.size());
     }
   }
   // Boxes are a third of the grid along each axis, and the levels larger than it.
@@ -90,7 +184,7 @@ TEST(TriangleRuns, thatArePassedOverHaveNothingInTheBox) {
 TEST(TriangleRuns, tooFarOffAreLookedAt) {
   std::mt19937 random(6);
   const SmallTriangles made(kTrianglesOfRun, 5.0f, random);
-  const std::vector<TriangleRun> runs = findRuns(made.mesh(), made.surfaces);
+  const std::vector<TriangleRun> runs = packed(made).mesh[0].run;
   VolumeGrid grid;
   grid.cells = glm::ivec3(8);
   for (const float scale : {1e9f, 1e20f, 1e38f}) {

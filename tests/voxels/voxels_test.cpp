@@ -30,11 +30,9 @@ std::vector<SnappedTriangle> snapped(const VolumeGrid& grid, const std::vector<g
   std::vector<glm::uvec3> triangles;
   for (unsigned i = 0; i + 2 < corners.size(); i += 3) triangles.push_back({i, i + 1, i + 2});
   const std::vector<std::uint32_t> surface(triangles.size(), 0);
-  const VoxelSurface grey;
   std::vector<SnappedTriangle> out;
   SnapCounts counts;
-  EXPECT_TRUE(snapTriangles(grid, SnapBox::of(grid), {corners, triangles, surface}, {&grey, 1}, glm::mat4x3(1.0f), 0,
-                            static_cast<std::uint32_t>(triangles.size()), out, counts));
+  EXPECT_TRUE(snapTriangles(grid, SnapBox::of(grid), {corners, triangles, surface}, glm::mat4x3(1.0f), out, counts));
   return out;
 }
 
