@@ -211,8 +211,16 @@ std::uint32_t slotAround(const CellSet& around, const CellSet& cells, const glm:
   return slotAt(around, ((cell + cells.grid.shift) >> 1) - around.grid.shift);
 }
 
-CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal) {
+namespace {
+
+glm::ivec3 cornerOf(std::size_t k) {
+  return {static_cast<int>(k & 1), static_cast<int>(k >> 1 & 1), static_cast<int>(k >> 2)};
+}
+
+// `first`: the cell of the first corner, within -2 and the grid's end.
+CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal, glm::ivec3& first) {
   CellStencil stencil;
+  first = glm::ivec3(-2);
   const VolumeGrid& grid = cells.grid;
   // Out of the voxels that the receiver's own plane occupies: thin voxels reach so far from it.
   const glm::vec3 size = glm::abs(normal);
@@ -222,12 +230,12 @@ CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm
   const glm::vec3 base = glm::floor(at), share = at - base;
   if (!(glm::all(glm::greaterThan(base, glm::vec3(-2.0f))) && glm::all(glm::lessThan(base, glm::vec3(grid.cells)))))
     return stencil;
+  first = glm::ivec3(base);
 
   std::array<float, 8> before{};  // weights of the caches on the receiver's side, seen or not
   float seenSum = 0.0f, beforeSum = 0.0f;
   for (std::size_t k = 0; k < 8; ++k) {
-    const glm::ivec3 corner(static_cast<int>(k & 1), static_cast<int>(k >> 1 & 1), static_cast<int>(k >> 2));
-    const glm::ivec3 cell = glm::ivec3(base) + corner;
+    const glm::ivec3 corner = cornerOf(k), cell = first + corner;
     if (glm::any(glm::lessThan(cell, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(cell, grid.cells))) continue;
     const std::uint32_t slot = cells.slot[grid.cellIndex(cell)];
     if (slot == kInactive) continue;
@@ -252,6 +260,54 @@ CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm
     stencil.weight[k] = sum > 0.0f ? weight / sum : 0.0f;
   }
   return stencil;
+}
+
+constexpr int kFirstCell = -2, kFirstBits = 10;
+static_assert(kMaxCells + 2 < 1u << kFirstBits);
+
+glm::ivec3 firstOf(const SideStencil& stencil) {
+  constexpr std::uint32_t kMask = (1u << kFirstBits) - 1;
+  return glm::ivec3(glm::uvec3(stencil.first, stencil.first >> kFirstBits, stencil.first >> 2 * kFirstBits) & kMask) +
+         kFirstCell;
+}
+
+std::uint32_t packFirst(const glm::ivec3& first) {
+  const glm::uvec3 at(first - kFirstCell);
+  return at.x | at.y << kFirstBits | at.z << 2 * kFirstBits;
+}
+
+}  // namespace
+
+CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal) {
+  glm::ivec3 first;
+  return stencilAt(cells, position, normal, first);
+}
+
+SideStencil sideStencilAt(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal) {
+  glm::ivec3 first;
+  const CellStencil stencil = stencilAt(cells, position, normal, first);
+  SideStencil side;
+  side.first = packFirst(first);
+  for (std::size_t k = 0; k < 8; ++k)
+    side.weight[k] = static_cast<std::uint16_t>(std::floor(stencil.weight[k] * 65535.0f + 0.5f));
+  return side;
+}
+
+CellStencil unpacked(const CellSet& cells, const SideStencil& stencil) {
+  CellStencil read;
+  const glm::ivec3 first = firstOf(stencil);
+  for (std::size_t k = 0; k < 8; ++k) {
+    if (stencil.weight[k] == 0) continue;
+    read.slot[k] = cells.slot[cells.grid.cellIndex(first + cornerOf(k))];
+    read.weight[k] = static_cast<float>(stencil.weight[k]) / 65535.0f;
+  }
+  return read;
+}
+
+SideStencil moved(const SideStencil& stencil, const glm::ivec3& by) {
+  // One that reads nothing has its first cell anywhere.
+  if (stencil.weight == decltype(stencil.weight){}) return stencil;
+  return {packFirst(firstOf(stencil) - by), stencil.weight};
 }
 
 }  // namespace relume

@@ -105,52 +105,34 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
       if (const std::uint32_t slot = slotAround(around->cells_, cells, cell); slot != kInactive) copy(*around, slot, i);
     }
   }
-  // Caches have other numbers now. Stencils are found again, but for those of standing voxels far from what has
-  // changed: they are counted anew.
-  const auto kept = [&](std::uint32_t s, CellStencil& stencil) {
+  // Stencils are found again, but for those of standing voxels far from what has changed.
+  const auto kept = [&](std::uint32_t s, SideStencil& stencil) {
     const glm::ivec3& voxel = volume.voxelOfSide(s);
     const glm::ivec3 cell = voxel >> 2;
     if (!found.changes.seesTheSame(cells.grid, cell, kStencilReach)) return false;
     const std::uint32_t old = cells_.grid.cellIndex(cell + found.changes.by);
     const std::uint32_t number = cells_.first[old] + countBefore(cells_.standing[old], voxel);
     if (2 * std::size_t{number} + 1 >= standing_.size()) return false;
-    stencil = standing_[2 * std::size_t{number} + s % 2];
-    for (std::size_t k = 0; k < 8; ++k) {
-      if (stencil.weight[k] > 0.0f)
-        stencil.slot[k] =
-            cells.slot[cells.grid.cellIndex(cells_.grid.cellAt(cells_.active[stencil.slot[k]]) - found.changes.by)];
-    }
+    stencil = moved(standing_[2 * std::size_t{number} + s % 2], found.changes.by);
     return true;
   };
-  std::vector<CellStencil> standing(volume.standingSides()), moving(volume.sideCount() - volume.standingSides());
+  std::vector<SideStencil> standing(volume.standingSides()), moving(volume.sideCount() - volume.standingSides());
   forChunks(volume.parallelFor(), volume.sideCount(), kSidesAtOnce, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t s = begin; s < end; ++s) {
       const VoxelSide& side = volume.side(s);
-      CellStencil& stencil = s < standing.size() ? standing[s] : moving[s - standing.size()];
+      SideStencil& stencil = s < standing.size() ? standing[s] : moving[s - standing.size()];
       if (s < standing.size() && kept(s, stencil)) continue;
-      stencil = stencilAt(cells, cells.grid.toGrid(side.positionWorld), side.normal);
+      stencil = sideStencilAt(cells, cells.grid.toGrid(side.positionWorld), side.normal);
     }
   });
-  std::vector<glm::vec3> bounced(volume.sideCount());
   cells_ = std::move(cells);
   coefficients_ = std::move(coefficients);
   brightest_ = std::move(brightest);
   isLit_ = std::move(isLit);
   standing_ = std::move(standing);
   moving_ = std::move(moving);
-  bounced_ = std::move(bounced);
   standingVersion_ = volume.standingVersion();
   movingVersion_ = volume.movingVersion();
-}
-
-// Irradiance of the caches at each side.
-void LiveCaches::bounce(const VoxelVolume& volume, float scale) {
-  forChunks(volume.parallelFor(), volume.sideCount(), kSidesAtOnce, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t s = begin; s < end; ++s) {
-      const CellStencil& stencil = s < standing_.size() ? standing_[s] : moving_[s - standing_.size()];
-      bounced_[s] = scale * readStencil(stencil, coefficients_, brightest_, volume.side(s).normal);
-    }
-  });
 }
 
 Status LiveCaches::gather(const VoxelVolume& volume, const LiveFrame& frame, std::span<const VoxelVolume> beyond) {
@@ -194,10 +176,14 @@ Status LiveCaches::reflect(VoxelVolume& volume, const LiveFrame& frame, const Li
     follow(volume, around);
     cellsMs_ = watch.lap();
     if (!frame.freezeVoxels) {
-      const bool bounces = frame.bounceScale > 0.0f;
-      if (bounces) bounce(volume, frame.bounceScale);
-      volume.reflect(bounces ? std::span<const glm::vec3>(bounced_) : std::span<const glm::vec3>(),
-                     frame.emissionScale);
+      VoxelVolume::SideIrradiance bounced;
+      if (frame.bounceScale > 0.0f)
+        bounced = [&](std::uint32_t s) {
+          const SideStencil& stencil = s < standing_.size() ? standing_[s] : moving_[s - standing_.size()];
+          return frame.bounceScale *
+                 readStencil(unpacked(cells_, stencil), coefficients_, brightest_, volume.side(s).normal);
+        };
+      volume.reflectBy(bounced, frame.emissionScale);
     }
     bounceMs_ = watch.lap();
   } catch (const std::bad_alloc&) {
@@ -233,7 +219,7 @@ std::vector<std::pair<std::string, std::size_t>> LiveCaches::bufferSizes() const
       {"cells", bytes(cells_.active) + bytes(cells_.slot) + bytes(cells_.position) + bytes(cells_.standing) +
                     bytes(cells_.plane) + bytes(cells_.first) + bytes(cells_.standingContent) + bytes(cells_.content)},
       {"cell light", bytes(coefficients_) + bytes(brightest_) + bytes(isLit_)},
-      {"side stencils", bytes(standing_) + bytes(moving_) + bytes(bounced_)}};
+      {"side stencils", bytes(standing_) + bytes(moving_)}};
 }
 
 }  // namespace relume

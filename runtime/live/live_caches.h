@@ -76,15 +76,13 @@ class LiveCaches {
  private:
   explicit LiveCaches(const LiveOptions& options) : options_(options) {}
   void follow(const VoxelVolume& volume, const LiveCaches* around);
-  void bounce(const VoxelVolume& volume, float scale);
 
   LiveOptions options_;
   CellSet cells_;
   std::vector<float> coefficients_;  // [Size 27 active]
   std::vector<float> brightest_;     // [Size active] [W/m²/sr] the brightest ray's largest channel, blended alike
   std::vector<std::uint8_t> isLit_;  // [Size active] whether the cell has gathered before
-  std::vector<CellStencil> standing_, moving_;  // of the voxels' sides
-  std::vector<glm::vec3> bounced_;              // [W/m²] [Size sides]
+  std::vector<SideStencil> standing_, moving_;  // of the voxels' sides
   std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
   double cellsMs_ = 0.0, bounceMs_ = 0.0, gatherMs_ = 0.0;
 };

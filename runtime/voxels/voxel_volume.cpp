@@ -175,11 +175,16 @@ Status VoxelVolume::lightDirectly(const LightSetup& setup) {
 }
 
 void VoxelVolume::reflect(std::span<const glm::vec3> bounced, const glm::vec3& emissionScale) {
+  if (bounced.empty()) return reflectBy({}, emissionScale);
+  reflectBy([bounced](std::uint32_t side) { return bounced[side]; }, emissionScale);
+}
+
+void VoxelVolume::reflectBy(const SideIrradiance& bounced, const glm::vec3& emissionScale) {
   Stopwatch watch;
-  forChunks(parallelFor_, sideCount() / 2, 32 * kSides, [&](std::uint32_t first, std::uint32_t last) {
+  forChunks(parallelFor_, sideCount() / 2, 4 * kSides, [&](std::uint32_t first, std::uint32_t last) {
     const auto radiance = [&](std::uint32_t i) {
       const VoxelSide& s = side(i);
-      const glm::vec3 irradiance = bounced.empty() ? direct_[i] : direct_[i] + bounced[i];
+      const glm::vec3 irradiance = bounced ? direct_[i] + bounced(i) : direct_[i];
       return std::numbers::inv_pi_v<float> * s.albedo * irradiance + emissionScale * s.emission;
     };
     for (std::uint32_t v = first; v < last; ++v) {

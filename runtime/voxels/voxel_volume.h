@@ -24,6 +24,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -88,6 +89,9 @@ class VoxelVolume {
   // Radiance of each side: albedo (direct + bounced) / pi + emission. [Size bounced: 0 or sideCount(), W/m²]
   // emissionScale: factor on emission. Throws nothing.
   void reflect(std::span<const glm::vec3> bounced, const glm::vec3& emissionScale);
+  // The same by a function of the side, which threads call side by side; null = nothing is bounced.
+  using SideIrradiance = std::function<glm::vec3(std::uint32_t side)>;
+  void reflectBy(const SideIrradiance& bounced, const glm::vec3& emissionScale);
 
   // What a side sends out, in place of what reflect() found. [side < sideCount(), W/m²/sr, finite] Throws nothing; each
   // side by one thread.
