@@ -1,15 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """bindings/python against librelume: light of a bake, arrays in place, visibility in batches, bad input, the layout of structs,
-a wheel with the library inside.
+a wheel with the library inside, the examples; live_test.py has what needs no bake.
 
     relume_test.py RELUME LEVEL HEADERS      with RELUME_LIBRARY and PYTHONPATH in the environment
 """
 import _thread
 import ctypes
 import glob
+import json
 import os
+import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -20,7 +23,7 @@ import zipfile
 import numpy
 
 import relume
-from relume import _library
+from relume import _arrays, _library
 
 RELUME, LEVEL, HEADERS = sys.argv[1:]
 WORK = tempfile.TemporaryDirectory()
@@ -28,6 +31,7 @@ BAKE = os.path.join(WORK.name, 'level.relume')
 PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(relume.__file__)))
 SUN = relume.Light.directional((0, -1, 0), (9, 8, 7))
 UP = (0.0, 1.0, 0.0)
+SIZES = ('--preset', 'draft', '--surfels', '1024', '--lightmap-caches', '200', '--sky-patches', '16', '--progress', 'none')
 
 
 class Light(unittest.TestCase):
@@ -92,7 +96,7 @@ class Light(unittest.TestCase):
             numpy.testing.assert_array_equal(self.read(relighter), self.read())
 
     def test_arrays_are_used_in_place(self):
-        self.assertIs(relume._floats('p', self.points, 3), self.points)
+        self.assertIs(_arrays.floats('p', self.points, 3), self.points)
         out = numpy.zeros_like(self.points)
         self.relighter.relight([SUN])
         self.assertIs(self.relighter.irradiance_in_grid(self.points, self.normals, out=out), out)
@@ -282,7 +286,50 @@ class BadInput(unittest.TestCase):
             relighter.relight([])
 
 
+def without_parts(names):
+    """The level, its nodes of some names without their meshes: a .glb beside the bake."""
+    with open(LEVEL, 'rb') as file:
+        data = file.read()
+    length, = struct.unpack_from('<I', data, 12)
+    document = json.loads(data[20:20 + length])
+    for node in document['nodes']:
+        if node.get('name') in names:
+            del node['mesh']
+            node.pop('extras', None)
+    text = json.dumps(document).encode()
+    text += b' ' * (-len(text) % 4)
+    rest = data[20 + length:]
+    path = os.path.join(WORK.name, 'edited.glb')
+    with open(path, 'wb') as file:
+        file.write(data[:8] + struct.pack('<III', 20 + len(text) + len(rest), len(text), 0x4E4F534A) + text + rest)
+    return path
+
+
 class Example(unittest.TestCase):
+    def test_that_of_the_readme(self):
+        with open(os.path.join(PACKAGE, 'README.md'), encoding='utf8') as file:
+            blocks = re.findall(r'^```python\n(.*?)^```$', file.read(), re.MULTILINE | re.DOTALL)
+        self.assertEqual(len(blocks), 2)
+        done = subprocess.run([sys.executable, '-B', '-c', ''.join(blocks)], cwd=WORK.name, capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_a_wall_is_taken_away(self):
+        example = os.path.join(PACKAGE, 'examples/edits.py')
+        old, edited = (os.path.join(WORK.name, name) for name in ('old.relume', 'edited.relume'))
+        for level, bake in ((LEVEL, old), (without_parts({'living_wall_east', 'hall_wall_west', 'doorway'}), edited)):
+            subprocess.run([RELUME, 'bake', level, '-o', bake, '--preset', 'draft'], check=True, capture_output=True)
+        # The example's own lights and shadows, and the bake that one would wait for.
+        truth = (f'import sys; sys.argv = ["edits.py", {LEVEL!r}, {old!r}]; sys.path.insert(0, {os.path.dirname(example)!r})\n'
+                 f'exec(open({example!r}).read())\n'
+                 f'new = relume.Relighter(relume.Bake({edited!r}))\n'
+                 'for _ in range(24): new.relight([lamp], shadows, emission_scale=0)\n'
+                 'truth = new.irradiance_in_grid(walk, up)\n'
+                 'print("error", *(((light - truth) ** 2).mean() ** 0.5 / truth.mean() for light in (stale, corrected)))')
+        done = subprocess.run([sys.executable, '-B', '-c', truth], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        stale, corrected = (float(word) for word in done.stdout.split('error')[1].split())
+        self.assertLess(corrected, 0.7 * stale, done.stdout)
+
     def test_light_along_a_walk(self):
         with tempfile.TemporaryDirectory() as folder:
             picture = os.path.join(folder, 'corridor.png')
@@ -309,7 +356,12 @@ class Package(unittest.TestCase):
         structs = {'relume_context_desc': _library.ContextDesc, 'relume_bake_info': _library.BakeInfo,
                    'relume_driven_image': _library.DrivenImage, 'relume_relighter_desc': _library.RelighterDesc,
                    'relume_light': _library.CLight, 'relume_material_emission': _library.MaterialEmission,
-                   'relume_light_setup': _library.LightSetup}
+                   'relume_light_setup': _library.LightSetup, 'relume_live_surface': _library.LiveSurface,
+                   'relume_live_mesh': _library.LiveMesh, 'relume_live_part': _library.LivePart,
+                   'relume_live_edit': _library.LiveEdit, 'relume_live_desc': _library.LiveDesc,
+                   'relume_live_frame': _library.LiveFrame, 'relume_live_info': _library.LiveInfo,
+                   'relume_edit_box': _library.EditBox, 'relume_edit_blend_desc': _library.EditBlendDesc,
+                   'relume_edit_blend_info': _library.EditBlendInfo}
         fields = [(c, name, getattr(python, name)) for c, python in structs.items() for name, *_ in python._fields_]
         with tempfile.TemporaryDirectory() as folder:
             source, program = os.path.join(folder, 'fields.c'), os.path.join(folder, 'fields')
@@ -361,6 +413,5 @@ class Package(unittest.TestCase):
 
 
 if __name__ == '__main__':
-    subprocess.run([RELUME, 'bake', LEVEL, '-o', BAKE, '--preset', 'draft', '--surfels', '1024', '--lightmap-caches', '200',
-                    '--sky-patches', '16', '--progress', 'none'], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([RELUME, 'bake', LEVEL, '-o', BAKE, *SIZES], check=True, stdout=subprocess.DEVNULL)
     unittest.main(argv=sys.argv[:1])

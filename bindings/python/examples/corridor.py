@@ -12,13 +12,12 @@
 # picture.
 
 # %%
-import json
-import struct
 import sys
 
 import numpy
 
 import relume
+from rays import Shadows, parts_of
 
 if len(sys.argv) != 4:
     sys.exit(f'usage: {sys.argv[0]} LEVEL.glb LEVEL.relume PICTURE.png')
@@ -28,67 +27,7 @@ level, bake_file, picture = sys.argv[1:]
 # %% [markdown]
 # ## Shadows
 # The library asks which points a light reaches, many at a time; how that is found is the host's business. A game has shadow
-# maps. Here, rays go to the light through the level's triangles, all at once in numpy.
-
-# %%
-def triangles_of(path):
-    """Corners of all triangles of a level whose nodes are moved, and neither turned nor scaled: (n, 3, 3)"""
-    with open(path, 'rb') as file:
-        data = file.read()
-    length, = struct.unpack_from('<I', data, 12)
-    document, binary = json.loads(data[20:20 + length]), data[28 + length:]
-
-    def read(index):
-        accessor = document['accessors'][index]
-        view = document['bufferViews'][accessor['bufferView']]
-        kind = {5123: numpy.uint16, 5125: numpy.uint32, 5126: numpy.float32}[accessor['componentType']]
-        width = {'SCALAR': 1, 'VEC3': 3}[accessor['type']]
-        start = view.get('byteOffset', 0) + accessor.get('byteOffset', 0)
-        return numpy.frombuffer(binary, kind, accessor['count'] * width, start).reshape(-1, width)
-
-    found = []
-    for node in document['nodes']:
-        for primitive in document['meshes'][node['mesh']]['primitives'] if 'mesh' in node else []:
-            corners = read(primitive['attributes']['POSITION']) + numpy.float32(node.get('translation', (0, 0, 0)))
-            found.append(corners[read(primitive['indices']).ravel()].reshape(-1, 3, 3))
-    return numpy.concatenate(found)
-
-
-def blocked(origins, directions, distances, corners):
-    """Whether rays hit a triangle before their ends (Moeller and Trumbore 1997). (n,)"""
-    a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    p = numpy.cross(directions[:, None], ac)                      # (rays, triangles, 3)
-    determinant = numpy.einsum('tk,rtk->rt', ab, p)
-    scale = 1.0 / numpy.where(numpy.abs(determinant) > 1e-12, determinant, numpy.inf)
-    s = origins[:, None] - a
-    u = numpy.einsum('rtk,rtk->rt', s, p) * scale
-    q = numpy.cross(s, ab)
-    v = numpy.einsum('rk,rtk->rt', directions, q) * scale
-    t = numpy.einsum('tk,rtk->rt', ac, q) * scale
-    return ((u >= 0) & (v >= 0) & (u + v <= 1) & (t > 1e-3) & (t < distances[:, None] - 1e-3)).any(axis=1)
-
-
-class Shadows:
-    """Visibility of lights that stand still: rays once for each, then from memory."""
-
-    def __init__(self, lights, corners, away):
-        self.lights, self.corners, self.away = lights, corners, away
-        self.known = {}
-
-    def __call__(self, index, positions, normals):
-        key = index, positions.tobytes()
-        if key not in self.known:
-            light, origins = self.lights[index], positions + 1e-3 * normals
-            if light.kind == 0:  # directional
-                toward = numpy.tile(-numpy.float32(light.direction), (len(origins), 1))
-                distances = numpy.full(len(origins), self.away, numpy.float32)
-            else:
-                toward = numpy.float32(light.position) - origins
-                distances = numpy.linalg.norm(toward, axis=1)
-                toward /= distances[:, None]
-            self.known[key] = ~blocked(origins, toward, distances, self.corners)
-        return self.known[key]
-
+# maps. Here, rays go to the light through the level's triangles, all at once in numpy: `rays.py`.
 
 # %% [markdown]
 # ## Lights
@@ -104,7 +43,7 @@ lights = {'sun': sun, 'lamp': lamp, 'spot': spot}
 # %%
 bake = relume.Bake(bake_file)
 relighter = relume.Relighter(bake)
-corners = triangles_of(level)
+corners = numpy.concatenate([part.corners for part in parts_of(level)])
 shadows = Shadows(list(lights.values()), corners, away=100.0)
 
 x = numpy.linspace(0.3, 7.9, 153)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The C library: its structs as include/relume/relume.h has them, its functions with their types, and where it is found."""
+"""The C library: its structs as include/relume/relume.h and relume_live.h have them, its functions with their types, and where it is found."""
 import ctypes
 import ctypes.util
 import glob
@@ -67,6 +67,55 @@ class ResolveTextureInfo(Structure):
                 ('height', c_uint), ('depth', c_uint), ('filtered', c_int), ('light', c_int), ('bytes', c_size_t)]
 
 
+class LiveSurface(Structure):
+    _fields_ = [('albedo', c_float * 3), ('emission', c_float * 3), ('coverage', c_float), ('double_sided', c_int)]
+
+
+class LiveMesh(Structure):
+    _fields_ = [('positions', POINTER(c_float)), ('position_count', c_size_t), ('triangles', POINTER(c_uint)),
+                ('triangle_count', c_size_t), ('surfaces', POINTER(c_uint))]
+
+
+class LivePart(Structure):
+    _fields_ = [('mesh', c_uint), ('to_world', c_float * 12), ('moves', c_int)]
+
+
+class LiveEdit(Structure):
+    _fields_ = [('part', c_uint), ('to_world', c_float * 12), ('present', c_int)]
+
+
+class LiveDesc(Structure):
+    _fields_ = [('struct_size', c_size_t), ('backend', c_int), ('surfaces', POINTER(LiveSurface)), ('surface_count', c_size_t),
+                ('meshes', POINTER(LiveMesh)), ('mesh_count', c_size_t), ('parts', POINTER(LivePart)), ('part_count', c_size_t),
+                ('box_min', c_float * 3), ('box_max', c_float * 3), ('cells', c_uint), ('rays_per_cell', c_uint),
+                ('surface_budget', c_uint), ('visibility_glsl', c_char_p), ('get_proc_address', c_void_p),
+                ('get_proc_address_user', c_void_p), ('cascades', c_uint), ('box_follows_eye', c_int),
+                ('eye', POINTER(c_float))]
+
+
+class LiveFrame(Structure):
+    _fields_ = [('struct_size', c_size_t), ('emission_scale', c_float * 3), ('bounce_scale', c_float), ('keep', c_float),
+                ('sky_radiance', c_float * 3), ('sky_map', POINTER(c_float)), ('sky_side', c_uint), ('ray_set', c_uint),
+                ('freeze_voxels', c_int)]
+
+
+class LiveInfo(Structure):
+    _fields_ = [('struct_size', c_size_t), ('voxels', c_uint), ('dropped_voxels', c_uint), ('caches', c_uint)]
+
+
+class EditBox(Structure):
+    _fields_ = [('min', c_float * 3), ('max', c_float * 3)]
+
+
+class EditBlendDesc(Structure):
+    _fields_ = [('struct_size', c_size_t), ('boxes', POINTER(EditBox)), ('box_count', c_size_t), ('voxel', c_float),
+                ('reach', c_float), ('fade', c_float)]
+
+
+class EditBlendInfo(Structure):
+    _fields_ = [('struct_size', c_size_t), ('boxes', c_uint), ('voxel', c_float), ('values', POINTER(c_float))]
+
+
 _FLOATS = POINTER(c_float)
 _FUNCTIONS = {  # name: (result, arguments)
     'relume_api_version': (c_uint, []),
@@ -107,6 +156,24 @@ _FUNCTIONS = {  # name: (result, arguments)
     'relume_resolve_glsl': (c_int, [c_void_p, c_char_p, c_size_t, POINTER(c_size_t)]),
     'relume_coefficients_per_cache': (c_uint, [c_void_p]),
     'relume_cache_coefficients': (c_int, [c_void_p, _FLOATS, c_size_t]),
+    'relume_live_create': (c_int, [c_void_p, POINTER(LiveDesc), POINTER(c_void_p)]),
+    'relume_live_destroy': (None, [c_void_p]),
+    'relume_live_error': (c_char_p, [c_void_p]),
+    'relume_live_move': (c_int, [c_void_p, _FLOATS, c_size_t]),
+    'relume_live_edit_parts': (c_int, [c_void_p, POINTER(LiveEdit), c_size_t]),
+    'relume_live_centre': (c_int, [c_void_p, _FLOATS, POINTER(c_int)]),
+    'relume_live_frame_default': (None, [POINTER(LiveFrame), c_size_t]),
+    'relume_live_update': (c_int, [c_void_p, POINTER(LightSetup), POINTER(LiveFrame)]),
+    'relume_live_reset': (c_int, [c_void_p]),
+    'relume_live_irradiance': (c_int, [c_void_p, c_size_t, _FLOATS, _FLOATS, _FLOATS]),
+    'relume_live_get_info': (c_int, [c_void_p, POINTER(LiveInfo)]),
+    'relume_edit_blend_create': (c_int, [c_void_p, POINTER(EditBlendDesc), POINTER(c_void_p)]),
+    'relume_edit_blend_destroy': (None, [c_void_p]),
+    'relume_edit_blend_error': (c_char_p, [c_void_p]),
+    'relume_edit_blend_share': (c_int, [c_void_p, c_size_t, _FLOATS, _FLOATS]),
+    'relume_edit_blend_irradiance': (c_int, [c_void_p, c_size_t, _FLOATS, _FLOATS, _FLOATS, _FLOATS, _FLOATS]),
+    'relume_edit_blend_glsl': (c_char_p, [c_void_p]),
+    'relume_edit_blend_get_info': (c_int, [c_void_p, POINTER(EditBlendInfo)]),
 }
 
 
@@ -118,7 +185,7 @@ def _path():
     return named or (packaged[0] if packaged else ctypes.util.find_library('relume') or 'librelume.so')
 
 
-def load():
+def _load():
     path = _path()
     try:
         library = ctypes.CDLL(path)
@@ -136,3 +203,6 @@ def load():
     except AttributeError as error:
         raise ImportError(f'{path} is no librelume, or an older one: {error}') from error
     return library
+
+
+runtime = _load()

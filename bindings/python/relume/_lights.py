@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: MIT
+"""Lights and their shadows, as a frame hands them over."""
+from ctypes import byref, sizeof
+from dataclasses import dataclass
+
+import numpy
+
+from ._arrays import three
+from ._library import CLight, LightSetup, Visibility, runtime
+
+_DIRECTIONAL, _POINT, _SPOT = 0, 1, 2
+
+
+@dataclass
+class Light:
+    """A punctual light as KHR_lights_punctual defines it; see the three constructors."""
+    kind: int
+    intensity: tuple              # [W/sr], of a directional light [W/m2]
+    position: tuple = (0, 0, 0)   # [m]
+    direction: tuple = (0, -1, 0)  # the way the light travels, of length 1
+    range: float = 0.0            # [m] 0 = no limit
+    inner_cone: float = 0.0       # [radians]
+    outer_cone: float = 0.7853982
+
+    @classmethod
+    def directional(cls, direction, irradiance):
+        """A sun; irradiance [W/m2] of a surface that faces it."""
+        return cls(_DIRECTIONAL, irradiance, direction=direction)
+
+    @classmethod
+    def point(cls, position, intensity, range=0.0):
+        """A lamp; intensity [W/sr]."""
+        return cls(_POINT, intensity, position=position, range=range)
+
+    @classmethod
+    def spot(cls, position, direction, intensity, inner_cone=0.0, outer_cone=0.7853982, range=0.0):
+        """A spotlight; cones are angles from its axis [radians]."""
+        return cls(_SPOT, intensity, position, direction, range, inner_cone, outer_cone)
+
+    def _c(self):
+        return CLight(self.kind, three('intensity', self.intensity), three('position', self.position),
+                      three('direction', self.direction), self.range, self.inner_cone, self.outer_cone)
+
+
+class Frame:
+    """A LightSetup and what it points to."""
+
+    def __init__(self, lights, visibility):
+        self.kept, self.raised = [], []
+        self.setup = LightSetup()
+        runtime.relume_light_setup_default(byref(self.setup), sizeof(self.setup))
+        self.setup.lights = (CLight * len(lights))(*[light._c() for light in lights])
+        self.setup.light_count = len(lights)
+        if visibility is not None:
+            self.setup.visibility = Visibility(_visibility_call(visibility, self.raised))
+
+    def raise_first(self, context):
+        """What came up while the frame ran: an interrupt, or what `visibility` has raised."""
+        error = context.take_interrupt() or (self.raised[0] if self.raised else None)
+        if error is not None:
+            raise error
+
+
+def _visibility_call(visibility, raised):
+    """`visibility` as the library calls it; what it raises goes to `raised`, as no exception may cross the library."""
+
+    def call(_, light, count, positions, normals, visible):
+        if raised:
+            return
+        try:
+            points = [numpy.ctypeslib.as_array(p, (count, 3)) for p in (positions, normals)]
+            for view in points:
+                view.flags.writeable = False
+            numpy.ctypeslib.as_array(visible, (count,))[:] = visibility(light, *points)
+        except BaseException as error:  # pylint: disable=broad-except
+            raised.append(error)
+
+    return call

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: MIT
+"""A baked level that is being edited: near the changed parts two lights without a bake, of the level as it was baked and as it
+is, correct the bake's light, and nowhere else.
+
+    blend = relume.EditBlend(boxes, voxel)               # after an edit
+    share = blend.share(positions)
+    light = relighter.irradiance_in_grid(positions, normals)
+    blend.irradiance(share, light, before.irradiance(positions, normals), after.irradiance(positions, normals))
+
+Both lights take the frame's lights and shadows, those of the level as it is. They are known near surfaces: what moves through the
+air keeps the bake's light. docs/notes/edits.md has errors and times.
+"""
+from ctypes import byref, c_void_p, sizeof
+
+import numpy
+
+from ._arrays import floats, output, pointer, same_length
+from ._handles import Context, Handle
+from ._library import EditBlendDesc, EditBlendInfo, EditBox, RelumeError, runtime
+
+EDITED_PART = (1.0, 1.0)  # share() of the surfaces of changed parts, wherever they are
+
+
+class EditBlend(Handle):
+    """How much an edit counts where.
+
+    boxes: [m] (n, 2, 3), least and greatest corner of each changed part where it was and where it is. voxel: [m] of both lights,
+    the longest side of their box / (4 cells). reach: [m] how far from a box its change counts in full; 0 = by the box's size.
+    fade: [m] within which it fades beyond that; 0 = as wide as the reach.
+    RelumeError: a box that is not finite and right side out, a length out of its range."""
+    _destroy = staticmethod(runtime.relume_edit_blend_destroy)
+
+    def __init__(self, boxes, voxel, reach=0.0, fade=0.0):
+        array = numpy.ascontiguousarray(boxes, dtype=numpy.float32)
+        if array.size and (array.ndim != 3 or array.shape[1:] != (2, 3)):
+            raise ValueError(f'boxes: shape (n, 2, 3) expected, {array.shape} found')
+        self._context = Context(1)
+        desc = EditBlendDesc(struct_size=sizeof(EditBlendDesc), voxel=voxel, reach=reach, fade=fade)
+        desc.boxes = (EditBox * len(array)).from_buffer_copy(array)
+        desc.box_count = len(array)
+        blend = c_void_p()
+        status = runtime.relume_edit_blend_create(self._context._handle, byref(desc), byref(blend))
+        self._handle = blend
+        if status:
+            raise RelumeError(status, runtime.relume_context_error(self._context._handle).decode())
+
+    def _check(self, status):
+        if status:
+            raise RelumeError(status, runtime.relume_edit_blend_error(self._handle).decode())
+
+    def share(self, positions, out=None):
+        """At points: change, of what the lights say has changed, and contact, of the light after the edit itself. (n, 2)"""
+        p = floats('positions', positions, 3)
+        out = output('out', out, (len(p), 2))
+        self._check(runtime.relume_edit_blend_share(self._open(), len(p), pointer(p), pointer(out)))
+        return out
+
+    def irradiance(self, shares, baked, before, after, out=None):
+        """Irradiance [W/m2] of the bake, corrected by that of the lights before and after the edit: the bake's to the bit where
+        change is 0. `out` may be one of them. (n, 3)"""
+        s = floats('shares', shares, 2)
+        b, old, new = (floats(name, v, 3) for name, v in (('baked', baked), ('before', before), ('after', after)))
+        same_length(shares=s, baked=b, before=old, after=new)
+        out = output('out', out, b.shape)
+        self._check(runtime.relume_edit_blend_irradiance(self._open(), len(b), pointer(s), pointer(b), pointer(old), pointer(new),
+                                                         pointer(out)))
+        return out
+
+    def glsl(self):
+        """The same for a shader: relumeEditShare() and relumeBlendEdited(), by uniforms() (relume/edit_blend.h)."""
+        return runtime.relume_edit_blend_glsl(self._open()).decode()
+
+    def uniforms(self):
+        """relumeEditBox (2 * boxes, 4) and relumeEditVoxel of that GLSL; relumeEditBoxes is half of the former's length."""
+        info = EditBlendInfo(struct_size=sizeof(EditBlendInfo))
+        self._check(runtime.relume_edit_blend_get_info(self._open(), byref(info)))
+        boxes = numpy.empty((2 * info.boxes, 4), numpy.float32)
+        if len(boxes):
+            boxes[:] = numpy.ctypeslib.as_array(info.values, boxes.shape)
+        return boxes, info.voxel
