@@ -199,7 +199,7 @@ const char* relume_live_gl_glsl(const relume_live* live) {
 relume_status relume_live_gl_bind(const relume_live* live, unsigned int program) {
   return run(live, [&]() -> Status {
     if (live->light.gl() == nullptr) return usage("the light is not of RELUME_BACKEND_GL");
-    live->light.gl()->setUniforms(program);
+    if (Status ok = live->light.gl()->setUniforms(program); !ok) return ok;
     live->light.gl()->bind();
     return relume::done();
   });

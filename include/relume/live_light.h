@@ -94,10 +94,14 @@ class LiveGlResolve {
   // GLSL 4.30 to put into the host's shader after #version: defines vec3 relumeLiveIrradiance(vec3 positionWorld, vec3
   // n) [W/m²] and vec3 relumeLiveGlossy(vec3 positionWorld, vec3 n, vec3 r, float exponent), mean radiance in a
   // cos^exponent lobe about r, with LiveGlNames::prefix in place of relumeLive. Both read the caches around a place
-  // once for an invocation: call them for one place and normal. Texts of several lights may stand in one shader.
+  // once for an invocation: call them for one place and normal. Texts of several lights may stand in one shader, by
+  // prefixes and texture units of their own: two of one prefix do not compile.
   virtual const std::string& glsl() const = 0;
   // Before a draw with such a shader: its uniforms, and its textures, which stay bound to LiveGlNames::textureUnits.
-  virtual void setUniforms(std::uint32_t program) const = 0;
+  // usage: another sampler that the program reads has one of these units, a bake's or another light's for example; the
+  // message names it. That is looked for when a program is handed over for the first time, once its own samplers are
+  // set.
+  [[nodiscard]] virtual Status setUniforms(std::uint32_t program) const = 0;
   virtual void bind() const = 0;
   // GL program of direct light on the voxels, for the host's shadow uniforms.
   virtual std::uint32_t directProgram() const = 0;

@@ -117,8 +117,8 @@ typedef struct relume_live_info {
 RELUME_API relume_status relume_live_get_info(const relume_live* live, relume_live_info* info);
 
 /* RELUME_BACKEND_GL: GLSL 4.30 for the host's shader (LiveGlResolve), NULL on the CPU; before a draw with it the
- * uniforms of that program, and textures, which stay bound; the program that lights the voxels directly, 0 on the CPU.
- */
+ * uniforms of that program, and textures, which stay bound (RELUME_ERROR_USAGE: another sampler of the program has one
+ * of the light's texture units); the program that lights the voxels directly, 0 on the CPU. */
 RELUME_API const char* relume_live_gl_glsl(const relume_live* live);
 RELUME_API relume_status relume_live_gl_bind(const relume_live* live, unsigned int program);
 RELUME_API unsigned int relume_live_gl_direct_program(const relume_live* live);

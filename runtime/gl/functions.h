@@ -48,6 +48,7 @@ namespace relume::gl {
   X(GenQueries, GENQUERIES)                           \
   X(GenSamplers, GENSAMPLERS)                         \
   X(GenTextures, GENTEXTURES)                         \
+  X(GetActiveUniform, GETACTIVEUNIFORM)               \
   X(GetBufferSubData, GETBUFFERSUBDATA)               \
   X(GetError, GETERROR)                               \
   X(GetInteger64i_v, GETINTEGER64I_V)                 \
@@ -64,6 +65,7 @@ namespace relume::gl {
   X(GetTexImage, GETTEXIMAGE)                         \
   X(GetTexLevelParameteriv, GETTEXLEVELPARAMETERIV)   \
   X(GetUniformLocation, GETUNIFORMLOCATION)           \
+  X(GetUniformiv, GETUNIFORMIV)                       \
   X(IsTexture, ISTEXTURE)                             \
   X(LinkProgram, LINKPROGRAM)                         \
   X(MemoryBarrier, MEMORYBARRIER)                     \

@@ -3,6 +3,9 @@
 #include "runtime/live/live_backend.h"
 #include "runtime/live_gl/live_caches_gl.h"
 
+#include <algorithm>
+#include <vector>
+
 namespace relume {
 namespace {
 
@@ -25,12 +28,23 @@ class GlLiveBackend final : public LiveBackend, public LiveGlResolve {
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const override { return caches_.bufferSizes(); }
 
   const std::string& glsl() const override { return caches_.glsl(); }
-  void setUniforms(std::uint32_t program) const override { caches_.setUniforms(program); }
+  Status setUniforms(std::uint32_t program) const override {
+    if (std::find(checked_.begin(), checked_.end(), program) == checked_.end()) {
+      if (Status ok = caches_.checkTextureUnits(program); !ok) return ok;
+      if (checked_.size() == kCheckedPrograms) checked_.clear();
+      checked_.push_back(program);
+    }
+    caches_.setUniforms(program);
+    return done();
+  }
   void bind() const override { caches_.bind(); }
   std::uint32_t directProgram() const override { return caches_.directProgram(); }
 
  private:
+  static constexpr std::size_t kCheckedPrograms = 64;
+
   LiveCachesGl caches_;
+  mutable std::vector<std::uint32_t> checked_;  // programs whose texture units are known to be apart
 };
 
 }  // namespace

@@ -248,6 +248,10 @@ BackendKind LiveCachesGl::fasterBackend(const GetProcAddress& getProcAddress) {
 
 const std::string& LiveCachesGl::glsl() const { return state_->resolveGlsl; }
 
+Status LiveCachesGl::checkTextureUnits(std::uint32_t program) const {
+  return relume::checkTextureUnits(state_->gl_, program, state_->names);
+}
+
 void LiveCachesGl::setUniforms(std::uint32_t program) const {
   const State& s = *state_;
   std::array<ResolvedVolume, kMaxCascades> resolved;

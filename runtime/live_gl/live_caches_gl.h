@@ -77,6 +77,7 @@ class LiveCachesGl {
   static BackendKind fasterBackend(const GetProcAddress& getProcAddress);
   // As LiveGlResolve has them.
   const std::string& glsl() const;
+  [[nodiscard]] Status checkTextureUnits(std::uint32_t program) const;
   void setUniforms(std::uint32_t program) const;
   void bind() const;
 

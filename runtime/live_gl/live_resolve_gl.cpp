@@ -16,6 +16,7 @@ namespace relume {
 namespace {
 
 constexpr std::size_t kLongestPrefix = 64;
+constexpr std::array<const char*, 3> kSamplers{"Cells", "Planes", "Light"};  // behind the prefix, in order of the units
 
 bool isLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 bool isOfIdentifier(char c) { return isLetter(c) || (c >= '0' && c <= '9') || c == '_'; }
@@ -30,6 +31,15 @@ bool isPrefix(const std::string& prefix) {
 void replaceAll(std::string& text, const std::string& from, const std::string& to) {
   for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
     text.replace(at, from.size(), to);
+}
+
+// All types of samplers that OpenGL 4.3 has.
+bool isSampler(GLenum type) {
+  return (type >= GL_SAMPLER_1D && type <= GL_SAMPLER_2D_RECT_SHADOW) ||
+         (type >= GL_SAMPLER_1D_ARRAY && type <= GL_SAMPLER_CUBE_SHADOW) ||
+         (type >= GL_INT_SAMPLER_1D && type <= GL_UNSIGNED_INT_SAMPLER_BUFFER) ||
+         (type >= GL_SAMPLER_CUBE_MAP_ARRAY && type <= GL_UNSIGNED_INT_SAMPLER_CUBE_MAP_ARRAY) ||
+         (type >= GL_SAMPLER_2D_MULTISAMPLE && type <= GL_UNSIGNED_INT_SAMPLER_2D_MULTISAMPLE_ARRAY);
 }
 
 // Constants are called k and the name.
@@ -61,13 +71,44 @@ Status checkLiveGlNames(const gl::Functions& gl, const LiveGlNames& names) {
 Result<std::string> liveResolveGlsl(const LiveGlNames& names) {
   Result<std::string> text = expandShader("live_resolve.glsl", {});
   if (!text) return text;
-  const std::array<const char*, 3> textures{"CELLS", "PLANES", "LIGHT"};
+  constexpr std::array<const char*, 3> textures{"CELLS", "PLANES", "LIGHT"};
   for (std::size_t k = 0; k < textures.size(); ++k)
     replaceAll(*text, std::string("binding = RELUME_LIVE_UNIT_") + textures[k],
                "binding = " + std::to_string(names.textureUnits[k]));
   replaceAll(*text, "kRelumeLive", constantsOf(names.prefix));
   replaceAll(*text, "relumeLive", names.prefix);
   return text;
+}
+
+Status checkTextureUnits(const gl::Functions& gl, std::uint32_t program, const LiveGlNames& names) {
+  GLint uniforms = 0, longest = 0;
+  gl.GetProgramiv(program, GL_ACTIVE_UNIFORMS, &uniforms);
+  gl.GetProgramiv(program, GL_ACTIVE_UNIFORM_MAX_LENGTH, &longest);
+  std::string buffer(static_cast<std::size_t>(std::max(longest, 1)), '\0');
+  for (GLint i = 0; i < uniforms; ++i) {
+    GLsizei length = 0;
+    GLint size = 0;
+    GLenum type = 0;
+    gl.GetActiveUniform(program, static_cast<GLuint>(i), longest, &length, &size, &type, buffer.data());
+    if (!isSampler(type)) continue;
+    std::string name = buffer.substr(0, static_cast<std::size_t>(length));
+    const bool isOurs = std::any_of(kSamplers.begin(), kSamplers.end(),
+                                    [&](const char* sampler) { return name == names.prefix + sampler; });
+    if (isOurs) continue;
+    if (name.ends_with("[0]")) name.resize(name.size() - 3);
+    for (GLint k = 0; k < size; ++k) {
+      const std::string element = size > 1 ? name + "[" + std::to_string(k) + "]" : name;
+      GLint unit = 0;
+      gl.GetUniformiv(program, gl.GetUniformLocation(program, element.c_str()), &unit);
+      for (std::size_t own = 0; own < kSamplers.size(); ++own) {
+        if (names.textureUnits[own] == static_cast<std::uint32_t>(unit))
+          return Error{ErrorCode::usage, "live light: the shader's sampler " + element + " has texture unit " +
+                                             std::to_string(unit) + ", which is that of " + names.prefix +
+                                             kSamplers[own] + ": choose others (glNames.textureUnits)"};
+      }
+    }
+  }
+  return done();
 }
 
 void setResolvedVolumes(const gl::Functions& gl, std::uint32_t program, const std::string& prefix,

@@ -28,6 +28,8 @@ struct ResolvedVolume {
 Status checkLiveGlNames(const gl::Functions& gl, const LiveGlNames& names);
 // [names as above]
 Result<std::string> liveResolveGlsl(const LiveGlNames& names);
+// Of a program that has that text. usage: another of its samplers has one of the units.
+Status checkTextureUnits(const gl::Functions& gl, std::uint32_t program, const LiveGlNames& names);
 // Uniforms of a program that has that text. Volumes from the outermost on, kMaxCascades at most; none = no light.
 void setResolvedVolumes(const gl::Functions& gl, std::uint32_t program, const std::string& prefix,
                         std::span<const ResolvedVolume> volumes);

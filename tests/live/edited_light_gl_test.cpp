@@ -94,8 +94,8 @@ TEST_F(EditedLightOnGl, isThatOfTheCpu) {
                  "    e = relumeBlendEdited(e, relumeBeforeIrradiance(p, n), now_Irradiance(p, n), share);\n"
                  "  for (int k = 0; k < 3; ++k) outData[3u * i + uint(k)] = e[k];\n",
                  places, kPlaces, 3 * kPlaces, [&](std::uint32_t program) {
-                   before->gl()->setUniforms(program);
-                   after->gl()->setUniforms(program);
+                   ASSERT_TRUE(before->gl()->setUniforms(program));
+                   ASSERT_TRUE(after->gl()->setUniforms(program));
                    const std::span<const glm::vec4> uniforms = blend->boxes();
                    glProgramUniform1i(program, glGetUniformLocation(program, "relumeEditBoxes"),
                                       static_cast<int>(uniforms.size() / 2));
@@ -140,6 +140,53 @@ TEST_F(EditedLightOnGl, badNamesAndUnitsAreNamed) {
   refused("before", {last + 1, 4, 5}, "unit " + std::to_string(most));
   refused("before", {1, 2, 0xFFFFFFFFu}, "unit 4294967295");
   EXPECT_TRUE(LiveLight::create(level.geometry(), named("relumeLiveOfMyOwn", {0, 1, last})));
+}
+
+// Two texts that are right each by itself, and read each other's textures.
+TEST_F(EditedLightOnGl, textureUnitsThatTwoHaveAreNamed) {
+  VoxelLevel level;
+  level.addBox({0, 0, 0}, {4, 4, 4}, true);
+  SyntheticOptions small;
+  small.surfels = 64;
+  Relighter relighter = makeRelighter(makeSyntheticBake(small), BackendKind::gl);
+  // What the light with names of its own says of a shader with its text, `others` and `body`.
+  const auto said = [&](const std::array<std::uint32_t, 3>& units, const std::string& others, const std::string& body) {
+    const auto light = LiveLight::create(level.geometry(), named("relumeBefore", units));
+    EXPECT_TRUE(light);
+    std::string message;
+    runCompute(others + light->gl()->glsl(),
+               "  vec3 p = vec3(1.0), n = vec3(0.0, 1.0, 0.0);\n  outData[0] = (relumeBeforeIrradiance(p, n) + " +
+                   body + ").x;\n",
+               {0.0f}, 1, 1, [&](std::uint32_t program) {
+                 for (int call = 0; call < 2; ++call) {
+                   const Status set = light->gl()->setUniforms(program);
+                   message = set ? "" : set.error().message;
+                   EXPECT_TRUE(set || set.error().code == ErrorCode::usage);
+                 }
+               });
+    return message;
+  };
+  const auto names = [](const std::string& message, const char* sampler, const char* own) {
+    return message.find(sampler) != std::string::npos && message.find(own) != std::string::npos;
+  };
+  // A bake's light map has units 12 to 15; what the shader does not read has none.
+  const std::string& bake = relighter.gl()->glsl();
+  const char* const map = "relumeIrradianceLightmap(vec2(0.5), n)";
+  const std::string shared = said({12, 20, 21}, bake, map);
+  EXPECT_TRUE(names(shared, "relumeLightmap", "unit 12")) << shared;
+  EXPECT_TRUE(names(shared, "of relumeBeforeCells", "glNames.textureUnits")) << shared;
+  EXPECT_EQ(said({19, 20, 21}, bake, map), "");
+  EXPECT_EQ(said({12, 20, 21}, bake, "vec3(0.0)"), "");
+  // Another light, with a prefix of its own and the default units.
+  const auto other = LiveLight::create(level.geometry(), named("relumeLive", {12, 13, 14}));
+  ASSERT_TRUE(other);
+  const std::string twins = said({20, 21, 14}, other->gl()->glsl(), "relumeLiveIrradiance(p, n)");
+  EXPECT_TRUE(names(twins, "sampler relumeLiveLight has texture unit 14", "of relumeBeforeLight")) << twins;
+  EXPECT_EQ(said({20, 21, 22}, other->gl()->glsl(), "relumeLiveIrradiance(p, n)"), "");
+  // Arrays of samplers, of which each has a unit.
+  const std::string array = "layout(binding = 7) uniform sampler2DShadow shadowMaps[3];\n";
+  const std::string third = said({20, 9, 22}, array, "vec3(texture(shadowMaps[0], p) + texture(shadowMaps[2], p))");
+  EXPECT_TRUE(names(third, "shadowMaps[2]", "of relumeBeforePlanes")) << third;
 }
 
 }  // namespace
