@@ -64,7 +64,7 @@ std::array<LocalCone, kLobeCones> lobeCones(float exponent) {
 }
 
 Gathered ConeTracer::follow(const Cone& cone) const {
-  const ConeLight light = mips_.trace(volume_, cone);
+  const ConeLight light = cones_.trace(cone);
   Gathered found{light.radiance, light.occlusion};
   if (light.clear > 0.0f) found.radiance += light.clear * skyAlong(sky_, cone.direction);
   return found;

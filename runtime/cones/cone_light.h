@@ -8,6 +8,7 @@
 // Threads: any number, between changes of volume and mips.
 #pragma once
 
+#include "runtime/cones/nested_cones.h"
 #include "runtime/cones/radiance_mips.h"
 #include "runtime/live/live_sky.h"
 
@@ -16,6 +17,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 namespace relume {
 
@@ -45,11 +47,14 @@ struct Gathered {
   float occlusion = 0.0f;    // [0..1] the mean of ConeLight::occlusion
 };
 
-// Volume, mips and the sky's map are kept by reference. The sky is what cones see beyond the volume.
+// Volumes, mips and the sky's map are kept by reference. The sky is what cones see beyond the volumes.
 class ConeTracer {
  public:
   ConeTracer(const VoxelVolume& volume, const RadianceMips& mips, const LiveSky& sky)
-      : volume_(volume), mips_(mips), sky_(sky) {}
+      : cones_({&volume, 1}, {&mips, 1}), sky_(sky) {}
+  // Of volumes in one another, as NestedCones has them.
+  ConeTracer(std::span<const VoxelVolume> volumes, std::span<const RadianceMips> mips, const LiveSky& sky)
+      : cones_(volumes, mips), sky_(sky) {}
 
   // Mean radiance in the lobe cos^exponent about the unit direction `reflected`, as far as it lies above the surface's
   // plane. normal: of that plane, unit.
@@ -67,8 +72,7 @@ class ConeTracer {
  private:
   Gathered follow(const Cone& cone) const;
 
-  const VoxelVolume& volume_;
-  const RadianceMips& mips_;
+  NestedCones cones_;
   LiveSky sky_;
 };
 

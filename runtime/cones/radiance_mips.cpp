@@ -2,7 +2,7 @@
 // See radiance_mips.h.
 #include "runtime/cones/radiance_mips.h"
 
-#include "formats/limits.h"
+#include "runtime/cones/cone_march.h"
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/stopwatch.h"
 
@@ -18,11 +18,6 @@
 namespace relume {
 namespace {
 
-constexpr float kSpent = 0.01f;     // a cone ends where no more of it is clear
-constexpr float kClear = 1.75f;     // [voxels] above its own plane a cone begins
-constexpr float kPlane = 2.5f;      // [sample widths] least height above the cone's own plane
-constexpr float kNear = 3.0f;       // [voxels] from its start a cone may be in the voxels of walls beside it
-constexpr float kStep = 0.5f;       // [sample widths]
 constexpr float kEdgeOn = 0.1f;     // share of its depth that a voxel has for rays along its surface
 constexpr std::uint32_t kRows = 8;  // of a chunk
 
@@ -269,38 +264,13 @@ glm::vec4 RadianceMips::readAt(const VoxelVolume& volume, float level, const glm
   return above > 0.0f ? glm::mix(at(below), at(below + 1), above) : at(below);
 }
 
-glm::vec4 RadianceMips::read(const VoxelVolume& volume, float level, const glm::vec3& place,
-                             const glm::vec3& direction) const {
-  return readAt(volume, level, place, direction, View(directions_, direction), nullptr);
+glm::vec4 RadianceMips::read(const VoxelVolume& volume, float level, const glm::vec3& place, const glm::vec3& direction,
+                             const glm::vec3* before) const {
+  return readAt(volume, level, place, direction, View(directions_, direction), before);
 }
-
-namespace {
-
-bool isUnit(const glm::vec3& v) { return std::abs(glm::dot(v, v) - 1.0f) < 0.01f; }
-
-bool isValid(const Cone& cone) {
-  return isWithin(cone.originWorld, kMaxCoordinate) && isUnit(cone.normal) && isUnit(cone.direction) &&
-         cone.spread >= 0.0f && cone.falloff >= 0.0f;
-}
-
-// Where along a ray the grid lies, a voxel more on all sides; end <= begin where it does not.
-void clipToGrid(const VolumeGrid& grid, const glm::vec3& origin, const glm::vec3& direction, float& begin, float& end) {
-  for (int k = 0; k < 3; ++k) {
-    const float low = -1.0f - origin[k], high = static_cast<float>(grid.voxels()[k]) + 1.0f - origin[k];
-    if (std::abs(direction[k]) < 1e-9f) {
-      if (low > 0.0f || high < 0.0f) end = begin;
-      continue;
-    }
-    const float a = low / direction[k], b = high / direction[k];
-    begin = std::max(begin, std::min(a, b));
-    end = std::min(end, std::max(a, b));
-  }
-}
-
-}  // namespace
 
 ConeLight RadianceMips::trace(const VoxelVolume& volume, const Cone& cone) const {
-  if (!isValid(cone)) return {};
+  if (!isValidCone(cone)) return {};
   const VolumeGrid& grid = volume.grid();
   // Lengths are in voxels from here on.
   const float cosine = glm::dot(cone.direction, cone.normal);
@@ -325,12 +295,7 @@ ConeLight RadianceMips::trace(const VoxelVolume& volume, const Cone& cone) const
     light.occlusion += blocked / (1.0f + cone.falloff * middle * grid.voxel);
     light.clear -= blocked;
   }
-  if (light.clear <= kSpent) {
-    light.radiance /= 1.0f - light.clear;
-    light.occlusion /= 1.0f - light.clear;
-    light.clear = 0.0f;
-  }
-  return light;
+  return endedCone(light);
 }
 
 std::size_t RadianceMips::sizeBytes() const {

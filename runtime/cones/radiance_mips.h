@@ -64,9 +64,10 @@ class RadianceMips {
   // Levels above the voxels; level 1 is the first.
   std::uint32_t levels() const { return static_cast<std::uint32_t>(levels_.size()); }
   // What a cone of a direction reads at a place [voxels] of level `level` [0..levels()]: radiance times optical depth,
-  // and optical depth, a voxel of the level long.
+  // and optical depth, a voxel of the level long. before: only sides of voxels that this place [voxels] is in front of
+  // block; null = all.
   [[nodiscard]] glm::vec4 read(const VoxelVolume& volume, float level, const glm::vec3& place,
-                               const glm::vec3& direction) const;
+                               const glm::vec3& direction, const glm::vec3* before = nullptr) const;
 
   // Texels of a level [1..levels()], x fastest after the directions: six, or one.
   std::span<const glm::vec4> texels(std::uint32_t level) const { return levels_[level - 1].voxel; }
@@ -82,7 +83,6 @@ class RadianceMips {
   struct View;  // of a direction: which of six, and by how much
 
   std::uint32_t perVoxel() const { return directions_ == Directions::six ? 6 : 1; }
-  // `before`: only sides that this place [voxels] is in front of block; null = all.
   glm::vec4 readVoxels(const VoxelVolume& volume, const glm::vec3& place, const glm::vec3& direction,
                        const glm::vec3* before) const;
   glm::vec4 readLevel(const Level& level, const glm::vec3& place, const View& view) const;

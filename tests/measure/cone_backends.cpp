@@ -87,7 +87,7 @@ int main(int argc, char** argv) {
   PixelCones cpu = orExit(PixelCones::create({})), cpuAll = orExit(PixelCones::create(all));
   ConesGl gl = orExit(ConesGl::create({{}, RadianceMips::Directions::six, true, EglContext::getProcAddress}));
   ConesGl glAll = orExit(ConesGl::create({all, RadianceMips::Directions::six, true, EglContext::getProcAddress}));
-  const ConeTracer tracer(voxels.volume(), voxels.mips, voxels.sky());
+  const ConeTracer tracer(voxels.volumes.all(), voxels.mips.all(), voxels.sky());
   Least onCpu, onGpu;
   take(onCpu, voxels.volume().passTimes());
   std::vector<glm::vec3> glossy(mirrored.size());
@@ -99,7 +99,7 @@ int main(int argc, char** argv) {
   };
   const int frames = number(7, 4), more = number(9, 0);
   for (int f = 0; f < frames; ++f) {
-    orExit(voxels.mips.update(voxels.volume()));
+    orExit(voxels.mips.update(voxels.volumes.all()));
     take(onCpu, voxels.mips.passTimes());
     orExit(cpu.update(tracer, g.receivers(), {}));
     take(onCpu, cpu.passTimes());
@@ -162,7 +162,7 @@ int main(int argc, char** argv) {
     if (byMaps.targets().perFlux[s] > 0.0f && foundSides[s] != (s % 2 == 0 ? r.front : r.back)) ++apart;
   }
   if (frames > 0) {
-    orExit(voxels.mips.update(voxels.volume()));
+    orExit(voxels.mips.update(voxels.volumes.all()));
     lobes();
   }
   double lightOfMaps = 0.0, lightDirect = 0.0;

@@ -107,8 +107,8 @@ int run(int argc, char** argv) {
   if (!relit) return fail(relit.error().message);
   auto voxels = lightByBake(view->tracer, request, *relit->all, context);
   if (!voxels) return fail(voxels.error().message);
-  if (Status ok = voxels->mips.update(voxels->volume()); !ok) return fail(ok.error().message);
-  const ConeTracer tracer(voxels->volume(), voxels->mips, voxels->sky());
+  if (Status ok = voxels->mips.update(voxels->volumes.all()); !ok) return fail(ok.error().message);
+  const ConeTracer tracer(voxels->volumes.all(), voxels->mips.all(), voxels->sky());
   const test::GBuffer g(*view, view->camera, w, h);
 
   const Run all = runOnce(tracer, g, {.interleaved = false, .gather = false, .blur = false, .keep = false});

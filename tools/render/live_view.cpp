@@ -144,7 +144,7 @@ std::vector<PassTime> VoxelView::passTimes() const {
   if (byMaps) {
     for (const PassTime& pass : byMaps->passTimes()) times.push_back(pass);
   }
-  if (mips.levels() == 0) return times;
+  if (mips.empty()) return times;
   for (const PassTime& pass : mips.passTimes()) times.push_back(pass);
   return times;
 }
@@ -152,7 +152,7 @@ std::vector<PassTime> VoxelView::passTimes() const {
 std::vector<std::pair<std::string, std::size_t>> VoxelView::bufferSizes() const {
   auto sizes = volumes.bufferSizes();
   if (byMaps) sizes.emplace_back("flux of sides", byMaps->sizeBytes());
-  if (mips.levels() > 0) sizes.emplace_back("mips", mips.sizeBytes());
+  if (!mips.empty()) sizes.emplace_back("mips", mips.sizeBytes());
   return sizes;
 }
 
@@ -225,7 +225,7 @@ Result<VoxelView> darkVoxels(const Scene& scene, const RenderRequest& request, C
                             request.live->box};
   auto volumes = voxeliseScene(scene, wanted, contextParallelFor(context), context);
   if (!volumes) return volumes.error();
-  VoxelView view{std::move(*volumes), RadianceMips(request.live->directions)};
+  VoxelView view{std::move(*volumes), NestedMips(request.live->directions)};
   view.skyRadiance = request.sky.radiance;
   view.skyMap = liveSkyMap(request.sky);
   return view;

@@ -6,7 +6,7 @@
 #include "bake/rays/ray_tracer.h"
 #include "relume/bake/context.h"
 #include "relume/result.h"
-#include "runtime/cones/radiance_mips.h"
+#include "runtime/cones/nested_cones.h"
 #include "runtime/cones/rsm_voxels.h"
 #include "runtime/live/nested_caches.h"
 #include "runtime/live/rsm_light.h"
@@ -23,8 +23,8 @@ namespace relume {
 
 // Lit voxels, for cones.
 struct VoxelView {
-  NestedVolumes volumes;              // several where the light is of several: cones see the outermost alone
-  RadianceMips mips{};                // empty until it is updated
+  NestedVolumes volumes;
+  NestedMips mips{};                  // empty until it is updated
   std::optional<RsmVoxels> byMaps{};  // where reflective shadow maps light the voxels
   glm::vec3 skyRadiance{0.0f};
   std::vector<glm::vec3> skyMap{};  // octahedral; empty = skyRadiance from everywhere

@@ -41,7 +41,7 @@ class CpuRenderer {
         edited_(edited),
         frame_(frame),
         rays_(request.camera, request.width, request.height) {
-    if (request.drawsCones()) cones_.emplace(voxels->volume(), voxels->mips, voxels->sky());
+    if (request.drawsCones()) cones_.emplace(voxels->volumes.all(), voxels->mips.all(), voxels->sky());
   }
 
   // Shade the pixels of one row; incomplete when cancelled.
@@ -264,7 +264,7 @@ Result<RenderedFrame> renderCpu(const RayTracer& tracer, const RenderRequest& re
 
   VoxelView* const voxels = live ? &live->voxels : byBake ? &*byBake : nullptr;
   if (request.drawsCones()) {
-    if (Status ok = voxels->mips.update(voxels->volume()); !ok) return ok.error();
+    if (Status ok = voxels->mips.update(voxels->volumes.all()); !ok) return ok.error();
   }
 
   // Draw, a row of pixels at a time
