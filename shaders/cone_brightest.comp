@@ -6,6 +6,8 @@
 
 layout(std430, binding = RELUME_CONE_SLOT_BRIGHTEST) buffer ConeBrightest { uint coneBrightest; };
 
+uniform uint relumeConeFirst;  // voxel of the volume
+
 shared uint brightest;  // of the work group
 
 // 0 of what is no number.
@@ -19,8 +21,9 @@ void main() {
   if (gl_LocalInvocationIndex == 0u) brightest = 0u;
   barrier();
   if (i < relumeLiveThreads) {
-    float most = max(mostOf(texelFetch(relumeConeRadiance, relumeConeTexel(2u * i), 0).rgb),
-                     mostOf(texelFetch(relumeConeRadiance, relumeConeTexel(2u * i + 1u), 0).rgb));
+    uint side = 2u * (relumeConeFirst + i);
+    float most = max(mostOf(texelFetch(relumeConeRadiance, relumeConeTexel(side), 0).rgb),
+                     mostOf(texelFetch(relumeConeRadiance, relumeConeTexel(side + 1u), 0).rgb));
     if (most > 0.0) atomicMax(brightest, floatBitsToUint(most));
   }
   barrier();

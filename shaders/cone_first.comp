@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Level 1 of what cones read, from the voxels: RadianceMips::update(), which a test compares. A thread a voxel of its
 // list.
+#define RELUME_LIVE_LAYERED
 #include "shared/layout.h"
 #include "lib/live_threads.glsl"
 #include "lib/live_volume.glsl"
@@ -11,11 +12,13 @@
 
 layout(RELUME_CONE_LEVEL_FORMAT, binding = 0) writeonly uniform image3D level;
 
+uniform uint relumeConePlace;  // where along z the volume's own begins
+
 void main() {
   uint i = relumeLiveThread();
   if (i >= relumeLiveThreads) return;
   ivec3 v = relumeConeListed(i);
-  uvec4 cell = texelFetch(relumeLiveCells, v >> 1, 0);
+  uvec4 cell = relumeLiveCell(v >> 1);
   vec4 front[8], back[8];
   float frontShare[8];  // of the area
   for (int c = 0; c < 8; ++c) {
@@ -46,6 +49,6 @@ void main() {
 #endif
       part[c] = vec4(depth / relumeConeUnit() * radiance, depth);
     }
-    imageStore(level, ivec3(d * 2u * relumeLiveSize.x, 0, 0) + v, relumeConeTogether(part, d));
+    imageStore(level, ivec3(d * 2u * relumeLiveSize.x, 0, relumeConePlace) + v, relumeConeTogether(part, d));
   }
 }

@@ -22,8 +22,7 @@ vec4 alongCone(uint which, RelumePixel pixel, mat3 frame) {
   vec3 direction = frame * cone.xyz;
   // Below the plane there is the surface itself.
   if (dot(direction, pixel.plane) <= 0.0) return vec4(0.0, 0.0, 0.0, 1.0);
-  vec3 origin = (pixel.position - relumeLiveOrigin) / relumeLiveVoxel;
-  return relumeConeFollow(RelumeCone(origin, pixel.plane, direction, cone.w), relumeConeFalloff);
+  return relumeConeFollow(RelumeCone(relumeConeOrigin(pixel.position), pixel.plane, direction, cone.w), relumeConeFalloff);
 }
 
 void main() {

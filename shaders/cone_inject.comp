@@ -8,6 +8,8 @@ layout(binding = RELUME_CONE_UNIT_SOURCE) uniform sampler2D found;
 layout(rgba32f, binding = 0) writeonly uniform image2D radiance;
 layout(std430, binding = RELUME_CONE_SLOT_SOURCES) readonly buffer Sources { vec2 source[]; };  // voxel, front's share
 
+uniform uvec2 relumeConeFirst;  // voxel of the volume, here and in what was found
+
 ivec2 texelOf(uint number) {
   return ivec2(number % uint(RELUME_LIVE_SIDES_A_ROW), number / uint(RELUME_LIVE_SIDES_A_ROW));
 }
@@ -18,8 +20,9 @@ void main() {
   uint from = floatBitsToUint(source[i].x);
   vec4 front = vec4(0.0), back = vec4(0.0, 0.0, 0.0, kConeSolid);
   if (from != 0xFFFFFFFFu) {
-    front = texelFetch(found, texelOf(2u * from), 0);
-    back.rgb = texelFetch(found, texelOf(2u * from + 1u), 0).rgb;
+    from = 2u * (relumeConeFirst.y + from);
+    front = texelFetch(found, texelOf(from), 0);
+    back.rgb = texelFetch(found, texelOf(from + 1u), 0).rgb;
     uint word = uint(front.w);
     vec3 axis = abs(vec3(word >> 16 & 255u, word >> 8 & 255u, word & 255u) - 128.0);
     back.w = relumeConeDepthOfWall(axis);
@@ -27,6 +30,7 @@ void main() {
     front.rgb = back.rgb = mix(back.rgb, front.rgb, source[i].y);
 #endif
   }
-  imageStore(radiance, texelOf(2u * i), front);
-  imageStore(radiance, texelOf(2u * i + 1u), back);
+  uint to = 2u * (relumeConeFirst.x + i);
+  imageStore(radiance, texelOf(to), front);
+  imageStore(radiance, texelOf(to + 1u), back);
 }

@@ -26,8 +26,8 @@ void main() {
       ivec3 child = 2 * v + ivec3(c & 1, c >> 1 & 1, c >> 2), at = child + ivec3(d * relumeConeBelow.x, 0, 0);
       part[c] = vec4(0.0);
       if (any(greaterThanEqual(child, ivec3(relumeConeBelow)))) continue;
-      part[c] = relumeConeIsSecond ? texelFetch(firstLevel, at, 0)
-                                   : texelFetch(furtherLevels, at + ivec3(0, 0, relumeConePlace.y), 0);
+      at.z += int(relumeConePlace.y);
+      part[c] = relumeConeIsSecond ? texelFetch(firstLevel, at, 0) : texelFetch(furtherLevels, at, 0);
     }
     imageStore(levels, v + ivec3(d * relumeConeSize.x, 0, relumeConePlace.x), relumeConeTogether(part, d));
   }

@@ -44,7 +44,7 @@ void main() {
   vec3 sum = vec3(0.0);
   float count = 0.0;
   if (pixel.depth > 0.0 && mirror.w >= 0.0 && relumeConeIsUnit(mirror.xyz)) {
-    vec3 origin = (pixel.position - relumeLiveOrigin) / relumeLiveVoxel;
+    vec3 origin = relumeConeOrigin(pixel.position);
     mat3 frame = frameOver(pixel.plane, mirror.xyz);
     float exponent = min(mirror.w, RELUME_MAX_EXPONENT);
     for (uint i = 0u; i < kCones; ++i) {

@@ -5,33 +5,37 @@
 #include "runtime/cones/rsm_voxels.h"
 #include "runtime/gl/plan_objects.h"
 #include "runtime/gl/program.h"
-#include "runtime/shared/chunks.h"
+#include "runtime/live/nested_caches.h"
 #include "runtime/shared/stopwatch.h"
 
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cstdlib>
 
 namespace relume::gl {
 namespace {
 
+static_assert(RELUME_LIVE_MAX_VOLUMES == kMaxCascades && RELUME_LIVE_BLEND_CELLS == kBlendCells);
+
 Error tooLarge(const std::string& what) { return {ErrorCode::unsupported, "cones: " + what + "; use fewer cells"}; }
 
-constexpr std::uint32_t kNoSource = 0xFFFFFFFFu;
-constexpr std::uint32_t kSideTexels = 4;  // of a voxel
-constexpr std::uint32_t kCells = 1024;    // of a chunk
-constexpr std::size_t kSumBytes = 24;     // of a side: three channels of two words
+constexpr std::size_t kSumBytes = 24;                                 // of a side: three channels of two words
+constexpr std::uint32_t kVoxelsAtOnce = RELUME_LIVE_SIDES_A_ROW / 2;  // whose texels fill whole rows
+constexpr std::uint32_t kRadianceTexels = 2;                          // of a voxel
 
-// Of so many texels.
-std::uint32_t rowsOfTexels(std::size_t texels) {
-  return static_cast<std::uint32_t>((texels + RELUME_LIVE_SIDES_A_ROW - 1) / RELUME_LIVE_SIDES_A_ROW);
+std::uint32_t rowsOf(std::size_t items, std::uint32_t aRow) {
+  return static_cast<std::uint32_t>((items + aRow - 1) / aRow);
 }
+// Of so many texels.
+std::uint32_t rowsOfTexels(std::size_t texels) { return rowsOf(texels, RELUME_LIVE_SIDES_A_ROW); }
 
 std::uint32_t countOf(const glm::uvec3& size) { return size.x * size.y * size.z; }
 
 // As shaders/lib/cone_unit.glsl has it.
 float unitOf(std::uint32_t brightest) { return std::bit_cast<float>((std::max(brightest >> 23, 53u) - 12u) << 23); }
+
+// One of several has room for a quarter more.
+std::uint32_t roomFor(std::uint32_t voxels) { return kVoxelsAtOnce * rowsOf(voxels + voxels / 4, kVoxelsAtOnce); }
 
 }  // namespace
 
@@ -40,8 +44,6 @@ ConeLevels::ConeLevels(const Functions& gl, RadianceMips::Directions directions,
       directions_(directions),
       halves_(groups == gpu::GroupThreads::parallel),
       cells_(gl),
-      sources_(gl),
-      listBuffer_(gl),
       rsmVoxels_(gl),
       rsmSums_(gl),
       brightest_(gl),
@@ -67,193 +69,144 @@ Status ConeLevels::compile() {
   return done();
 }
 
-Status ConeLevels::checkSize(const VoxelVolume& volume, bool hasMaps) const {
+Status ConeLevels::checkSize(std::span<const VoxelVolume> volumes, bool hasMaps) const {
   const GpuDevice device = deviceOf(gl_, gpu::GroupThreads::parallel);
-  const std::size_t voxels = volume.standing().occupied + volume.moving().occupied;
-  if (rowsOfTexels(2 * kSideTexels * voxels) >= device.imageSide || device.imageSide < RELUME_LIVE_SIDES_A_ROW ||
-      4 * sizeof(Source) * voxels > device.storageBytes ||
-      (hasMaps && std::max(sizeof(RelumeRsmVoxel) * voxels, kSumBytes * volume.sideCount()) > device.storageBytes))
-    return tooLarge(std::to_string(voxels) + " voxels are more than this OpenGL's buffers hold");
-  const glm::uvec3 first(2 * volume.grid().cells);
-  // All further levels along z are no longer than the first.
-  const std::uint32_t side = std::max({perVoxel() * first.x, first.y, first.z + RELUME_CONE_MAX_LEVELS});
+  std::size_t all = 0;
+  glm::uvec3 first(0);
+  bool isTooMuch = device.imageSide < RELUME_LIVE_SIDES_A_ROW;
+  for (const VoxelVolume& volume : volumes) {
+    const std::uint32_t voxels = volume.standing().occupied + volume.moving().occupied;
+    isTooMuch =
+        isTooMuch || 4 * sizeof(ConeSource) * voxels > device.storageBytes ||
+        (hasMaps && std::max(sizeof(RelumeRsmVoxel) * voxels, kSumBytes * volume.sideCount()) > device.storageBytes);
+    all += volumes.size() > 1 ? roomFor(voxels) : voxels;
+    // All further levels along z are no longer than the first.
+    const glm::uvec3 size(2 * volume.grid().cells);
+    first = {std::max(first.x, perVoxel() * size.x), std::max(first.y, size.y),
+             first.z + size.z + RELUME_CONE_MAX_LEVELS};
+  }
+  if (isTooMuch || rowsOfTexels(2 * std::size_t{kConeSideTexels} * all) >= device.imageSide)
+    return tooLarge(std::to_string(all) + " voxels are more than this OpenGL's buffers hold");
+  const std::uint32_t side = std::max({first.x, first.y, first.z});
   if (side > device.volumeSide)
     return tooLarge("this OpenGL's textures have " + std::to_string(device.volumeSide) + " texels along a side, " +
                     std::to_string(side) + " are needed");
   return done();
 }
 
-// Of the grid.
+// Of the volumes' grids.
 void ConeLevels::makeLevels() {
-  sizes_.clear();
-  offsets_.clear();
-  occupied_.clear();
-  firstOccupied_.clear();
-  std::uint32_t end = 0;
-  for (glm::uvec3 size(grid_.voxels()); std::max({size.x, size.y, size.z}) > 1;) {
-    size = (size + 1u) / 2u;
-    const bool isFirst = sizes_.empty();
-    sizes_.push_back(size);
-    offsets_.push_back(isFirst ? 0 : end);
-    if (!isFirst) end += size.z;
+  firstSize_ = furtherSize_ = glm::uvec3(0);
+  const auto add = [this](glm::uvec3& whole, const glm::uvec3& size) {
+    const std::uint32_t offset = whole.z;
+    whole = {std::max(whole.x, perVoxel() * size.x), std::max(whole.y, size.y), whole.z + size.z};
+    return offset;
+  };
+  for (const auto& volume : volumes_) {
+    volume->offsets.clear();
+    for (const glm::uvec3& size : volume->found.sizes())
+      volume->offsets.push_back(add(volume->offsets.empty() ? firstSize_ : furtherSize_, size));
   }
-  const auto make = [this](std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+  const auto make = [this](const glm::uvec3& size) {
     Texture texture = makeTexture(gl_, GL_TEXTURE_3D);
     gl_.TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
     gl_.TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     for (const auto wrap : std::to_array<GLenum>({GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}))
       gl_.TexParameteri(GL_TEXTURE_3D, wrap, GL_CLAMP_TO_EDGE);
-    const auto width = static_cast<GLsizei>(x), height = static_cast<GLsizei>(y), depth = static_cast<GLsizei>(z);
+    const auto width = static_cast<GLsizei>(size.x), height = static_cast<GLsizei>(size.y),
+               depth = static_cast<GLsizei>(size.z);
     gl_.TexStorage3D(GL_TEXTURE_3D, 1, levelFormat(), width, height, depth);
-    const std::vector<glm::vec4> zero(std::size_t{x} * y);
+    const std::vector<glm::vec4> zero(std::size_t{size.x} * size.y);
     for (GLint slice = 0; slice < depth; ++slice)
       gl_.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, slice, width, height, 1, GL_RGBA, GL_FLOAT, zero.data());
     return texture;
   };
-  first_ = make(perVoxel() * sizes_[0].x, sizes_[0].y, sizes_[0].z);
-  further_ = make(perVoxel() * sizes_[1].x, sizes_[1].y, end);
+  first_ = make(firstSize_);
+  further_ = make(furtherSize_);
 }
 
-// Which voxels there are.
-void ConeLevels::findVoxels(const VoxelVolume& volume) {
-  const VoxelLayer &standing = volume.standing(), &moving = volume.moving();
-  const std::span<const std::uint64_t> bits = volume.bits();
-  cellTexels_.resize(grid_.cellCount());
-  std::uint32_t count = 0;
-  for (std::uint32_t c = 0; c < cellTexels_.size(); ++c) {
-    cellTexels_[c] = {static_cast<std::uint32_t>(bits[c]), static_cast<std::uint32_t>(bits[c] >> 32), count, 0};
-    count += static_cast<std::uint32_t>(std::popcount(bits[c]));
+// Where the voxels of each are numbered from. They stay where they are unless one of them no longer fits.
+void ConeLevels::placeVoxels() {
+  const bool stay = std::all_of(volumes_.begin(), volumes_.end(),
+                                [](const auto& volume) { return volume->found.count() <= volume->room; });
+  if (stay) return;
+  std::uint32_t first = 0;
+  for (const auto& volume : volumes_) {
+    volume->first = first;
+    // One alone has what room the textures have beyond it.
+    volume->room = volumes_.size() > 1 ? roomFor(volume->found.count()) : volume->found.count();
+    volume->isDirty = true;
+    first += volume->room;
   }
-  source_.assign(count, Source{kNoSource, 0.5f});
-  sideTexels_.assign(kSideTexels * std::size_t{count}, glm::vec4(0.0f));
-  forChunks(volume.parallelFor(), static_cast<std::uint32_t>(cellTexels_.size()), kCells,
-            [&](std::uint32_t begin, std::uint32_t end) {
-              for (std::uint32_t c = begin; c < end; ++c) {
-                std::uint32_t i = cellTexels_[c].z;
-                for (std::uint64_t rest = bits[c]; rest != 0; rest &= rest - 1, ++i) {
-                  const glm::ivec3 v = kBrickSide * grid_.cellAt(c) + voxelOfBit(std::countr_zero(rest));
-                  const bool moves = moving.occupied > 0 && moving.has(grid_, v);
-                  const std::uint32_t number = (moves ? moving : standing).numberOf(grid_, v);
-                  if (number >= (moves ? moving : standing).kept) continue;
-                  const std::uint32_t voxel = moves ? standing.kept + number : number;
-                  const VoxelSide &front = volume.side(2 * voxel), &back = volume.side(2 * voxel + 1);
-                  const float area = front.area + back.area;
-                  source_[i] = {voxel, area > 0.0f ? front.area / area : 0.5f};
-                  glm::vec4* const to = &sideTexels_[kSideTexels * std::size_t{i}];
-                  to[0] = glm::vec4(grid_.toGrid(front.positionWorld), source_[i].front);
-                  to[1] = glm::vec4(front.normal, 0.0f);
-                  to[2] = glm::vec4(grid_.toGrid(back.positionWorld), 0.0f);
-                  to[3] = glm::vec4(back.normal, 0.0f);
-                }
-              }
-            });
 }
 
-// Of each level the voxels that hold one of the level below, with those that did before: what they hold is zero then.
-void ConeLevels::listVoxels() {
-  constexpr std::uint8_t kNow = 1, kBefore = 2;
-  const std::vector<std::uint32_t> before = std::move(occupied_), firstBefore = std::move(firstOccupied_);
-  std::vector<std::uint8_t> is(countOf(sizes_[0]), 0);
-  for (std::uint32_t c = 0; c < cellTexels_.size(); ++c) {
-    const glm::uvec3 low = 2u * glm::uvec3(grid_.cellAt(c));
-    for (std::uint64_t rest = cellTexels_[c].x | std::uint64_t{cellTexels_[c].y} << 32; rest != 0; rest &= rest - 1) {
-      const glm::uvec3 v = low + glm::uvec3(voxelOfBit(std::countr_zero(rest)) / 2);
-      is[(v.z * sizes_[0].y + v.y) * sizes_[0].x + v.x] = kNow;
+// What has changed.
+void ConeLevels::follow(std::span<const VoxelVolume> volumes) {
+  bool isSame = follows_ && volumes_.size() == volumes.size();
+  for (std::size_t l = 0; isSame && l < volumes.size(); ++l)
+    isSame = volumes_[l]->found.grid().cells == volumes[l].grid().cells;
+  follows_ = rsmFollows_ = false;
+  if (!isSame) {
+    volumes_.resize(std::min(volumes_.size(), volumes.size()));
+    while (volumes_.size() < volumes.size()) volumes_.push_back(std::make_unique<Followed>(gl_));
+  }
+  glm::ivec3 cells(1, 1, 0);
+  for (std::size_t l = 0; l < volumes.size(); ++l) {
+    Followed& volume = *volumes_[l];
+    if (!isSame) volume.found.forget();
+    if (!volume.found.isOf(volumes[l])) {
+      volume.found.follow(volumes[l]);
+      volume.isDirty = true;
     }
+    const glm::ivec3& own = volume.found.grid().cells;
+    volume.layer = static_cast<std::uint32_t>(cells.z);
+    cells = {std::max(cells.x, own.x), std::max(cells.y, own.y), cells.z + own.z};
   }
-  occupied_.clear();
-  firstOccupied_.assign(1, 0);
-  listed_.clear();
-  firstListed_.assign(1, 0);
-  for (std::size_t l = 0; l < sizes_.size(); ++l) {
-    const glm::uvec3 size = sizes_[l], above = (size + 1u) / 2u;
-    for (std::uint32_t i = firstBefore.empty() ? 0 : firstBefore[l]; !firstBefore.empty() && i < firstBefore[l + 1];
-         ++i)
-      is[((before[i] >> 20) * size.y + (before[i] >> 10 & 1023u)) * size.x + (before[i] & 1023u)] |= kBefore;
-    std::vector<std::uint8_t> next(countOf(above), 0);
-    for (std::uint32_t i = 0; i < is.size(); ++i) {
-      if (is[i] == 0) continue;
-      const glm::uvec3 v(i % size.x, i / size.x % size.y, i / (size.x * size.y));
-      const std::uint32_t word = v.x | v.y << 10 | v.z << 20;
-      listed_.push_back(word);
-      if ((is[i] & kNow) == 0) continue;
-      occupied_.push_back(word);
-      next[((v.z / 2) * above.y + v.y / 2) * above.x + v.x / 2] = kNow;
-    }
-    firstOccupied_.push_back(static_cast<std::uint32_t>(occupied_.size()));
-    firstListed_.push_back(static_cast<std::uint32_t>(listed_.size()));
-    is = std::move(next);
+  if (!isSame) makeLevels();
+  placeVoxels();
+  const std::size_t voxels = std::size_t{volumes_.back()->first} + volumes_.back()->room;
+  bool isLost = cells_.reserve(cells);
+  isLost = sides_.reserve(rowsOfTexels(kConeSideTexels * voxels)) || isLost;
+  radiance_.reserve(rowsOfTexels(kRadianceTexels * voxels));
+  for (const auto& volume : volumes_) {
+    if (volume->isDirty || isLost) write(*volume);
   }
 }
 
-void ConeLevels::writeVoxels() {
-  cells_.write(grid_.cells.x, grid_.cells.y, grid_.cells.z, cellTexels_.data());
-  sources_.reserve(sizeof(Source) * source_.size());
-  sources_.write(0, bytesOf(source_));
-  listBuffer_.reserve(sizeof(std::uint32_t) * listed_.size());
-  listBuffer_.write(0, bytesOf(listed_));
-  sides_.reserve(rowsOfTexels(sideTexels_.size()));
-  sides_.write(bytesOf(sideTexels_));
-  radiance_.reserve(rowsOfTexels(2 * source_.size()));
+void ConeLevels::write(Followed& volume) {
+  const ConeVolume& found = volume.found;
+  std::vector<glm::uvec4> texels = found.cellTexels();
+  for (glm::uvec4& texel : texels) texel.z += volume.first;
+  cells_.writeLayers(found.grid().cells, static_cast<int>(volume.layer), texels.data());
+  volume.sources.reserve(sizeof(ConeSource) * found.count());
+  volume.sources.write(0, bytesOf(found.sources()));
+  volume.list.reserve(sizeof(std::uint32_t) * found.listed().size());
+  volume.list.write(0, bytesOf(found.listed()));
+  sides_.write(bytesOf(found.sideTexels()), kConeSideTexels * volume.first / RELUME_LIVE_SIDES_A_ROW);
+  volume.isDirty = false;
 }
 
-// As shaders/cone_inject.comp.
-void ConeLevels::writeRadiance(const VoxelVolume& volume) {
-  std::vector<glm::vec4> texels;
-  texels.reserve(2 * source_.size());
-  for (const Source& source : source_) {
-    VoxelRadiance r;
-    if (source.voxel != kNoSource) r = volume.radiance()[source.voxel];
-    if (directions_ == RadianceMips::Directions::one) r.front = r.back = glm::mix(r.back, r.front, source.front);
-    const int longest = std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2])});
-    const float depth = source.voxel == kNoSource ? kSolidDepth : depthOfWall(longest);
-    const float axis =
-        source.voxel == kNoSource ? 0.0f : static_cast<float>(packAxis({r.axis[0], r.axis[1], r.axis[2]}));
-    texels.emplace_back(r.front, axis);
-    texels.emplace_back(r.back, depth);
-  }
-  radiance_.write(bytesOf(texels));
-}
-
-void ConeLevels::inject(const LitSides& lit) {
+void ConeLevels::inject(const Followed& volume, const LitSides& lit) {
   gl_.ActiveTexture(GL_TEXTURE0 + RELUME_CONE_UNIT_SOURCE);
   gl_.BindTexture(GL_TEXTURE_2D, lit.radianceTexture());
   radiance_.bindImage(0, GL_WRITE_ONLY);
-  sources_.bind(RELUME_CONE_SLOT_SOURCES);
-  runThreads(gl_, injectProgram_, static_cast<std::uint32_t>(source_.size()));
-}
-
-// As RsmVoxels finds them.
-void ConeLevels::writeRsmVoxels(const VoxelVolume& volume) {
-  const RsmTargets targets = findRsmTargets(volume);
-  std::vector<RelumeRsmVoxel> voxels(source_.size());
-  for (std::size_t i = 0; i < voxels.size(); ++i) {
-    const std::uint32_t from = source_[i].voxel;
-    RelumeRsmVoxel& to = voxels[i];
-    to = {0, kRelumeNone, kRelumeNone, source_[i].front, glm::vec4(0.0f), glm::vec4(0.0f)};
-    if (from == kNoSource) continue;
-    const auto& axis = volume.radiance()[from].axis;
-    to.axis = packAxis({axis[0], axis[1], axis[2]});
-    to.front = targets.side[2 * std::size_t{from}];
-    to.back = targets.side[2 * std::size_t{from} + 1];
-    to.frontLight = glm::vec4(volume.side(2 * from).emission, targets.perFlux[2 * std::size_t{from}]);
-    to.backLight = glm::vec4(volume.side(2 * from + 1).emission, targets.perFlux[2 * std::size_t{from} + 1]);
-  }
-  rsmVoxels_.reserve(sizeof(RelumeRsmVoxel) * voxels.size());
-  rsmVoxels_.write(0, bytesOf(voxels));
-  rsmSums_.reserve(kSumBytes * volume.sideCount());
+  volume.sources.bind(RELUME_CONE_SLOT_SOURCES);
+  setUniform(gl_, injectProgram_, "relumeConeFirst", glm::uvec2(volume.first, kVoxelsAtOnce * lit.firstRow()));
+  runThreads(gl_, injectProgram_, volume.found.count());
 }
 
 // The passes of RsmVoxels::light().
 void ConeLevels::inject(const RsmMaps& maps) {
+  const Followed& volume = *volumes_.front();
+  const VolumeGrid& grid = volume.found.grid();
   const float unit = rsmUnit(maps.largestFlux);
   rsmSums_.clear();
   rsmVoxels_.bind(RELUME_CONE_SLOT_RSM_VOXELS);
   rsmSums_.bind(RELUME_CONE_SLOT_RSM_SUMS);
   cells_.bind(RELUME_LIVE_UNIT_CELLS);
-  setUniform(gl_, rsmProgram_, "relumeLiveOrigin", grid_.originWorld);
-  setUniform(gl_, rsmProgram_, "relumeLiveSize", glm::uvec3(grid_.cells));
-  setUniform(gl_, rsmProgram_, "relumeRsmPerMetre", 1.0f / grid_.voxel);
+  setUniform(gl_, rsmProgram_, "relumeLiveOrigin", grid.originWorld);
+  setUniform(gl_, rsmProgram_, "relumeLiveSize", glm::uvec3(grid.cells));
+  setUniform(gl_, rsmProgram_, "relumeRsmPerMetre", 1.0f / grid.voxel);
   setUniform(gl_, rsmProgram_, "relumeRsmPerWatt", 1.0f / unit);
   setUniform(gl_, rsmProgram_, "relumeRsmLargest", maps.largestFlux);
   for (const RsmMaps::Map& map : maps.map) {
@@ -270,16 +223,16 @@ void ConeLevels::inject(const RsmMaps& maps) {
   radiance_.bindImage(0, GL_WRITE_ONLY);
   setUniform(gl_, rsmLightProgram_, "relumeRsmUnit", unit);
   setUniform(gl_, rsmLightProgram_, "relumeRsmEmissionScale", maps.emissionScale);
-  runThreads(gl_, rsmLightProgram_, static_cast<std::uint32_t>(source_.size()));
+  runThreads(gl_, rsmLightProgram_, volume.found.count());
 }
 
-void ConeLevels::bindVoxels(const Program& program) const {
+void ConeLevels::bindVoxels(const Program& program, const Followed& volume) const {
+  const VolumeGrid& grid = volume.found.grid();
   cells_.bind(RELUME_LIVE_UNIT_CELLS);
   radiance_.bind(RELUME_CONE_UNIT_RADIANCE);
   sides_.bind(RELUME_CONE_UNIT_SIDES);
-  setUniform(gl_, program, "relumeLiveOrigin", grid_.originWorld);
-  setUniform(gl_, program, "relumeLiveVoxel", grid_.voxel);
-  setUniform(gl_, program, "relumeLiveSize", glm::uvec3(grid_.cells));
+  setGrid(gl_, program.get(), grid, grid.voxel);
+  setUniform(gl_, program, "relumeLiveLayer", static_cast<std::int32_t>(volume.layer));
 }
 
 void ConeLevels::bindLevels() const {
@@ -293,92 +246,120 @@ void ConeLevels::bindLevelImage(std::uint32_t level) const {
   gl_.BindImageTexture(0, level == 1 ? first_.get() : further_.get(), 0, GL_TRUE, 0, GL_WRITE_ONLY, levelFormat());
 }
 
-void ConeLevels::bind(const Program& program) const {
-  bindVoxels(program);
-  bindLevels();
-  if (halves_) brightest_.bind(RELUME_CONE_SLOT_BRIGHTEST);
-  setUniform(gl_, program, "relumeConeLevelCount", levels());
-  for (std::size_t l = 1; l <= sizes_.size(); ++l)
-    setUniform(gl_, program, ("relumeConeOffset[" + std::to_string(l) + "]").c_str(), offsets_[l - 1]);
+// As shaders/lib/cone_volumes.glsl has them.
+void ConeLevels::bindVolumes(const Program& program) const {
+  setUniform(gl_, program, "relumeConeVolumes", static_cast<std::uint32_t>(volumes_.size()));
+  const VolumeGrid& outermost = volumes_.front()->found.grid();
+  for (std::size_t l = 0; l < volumes_.size(); ++l) {
+    const Followed& volume = *volumes_[l];
+    const VolumeGrid& grid = volume.found.grid();
+    const auto set = [&](const char* name, const auto& value) {
+      setUniform(gl_, program, (name + ("[" + std::to_string(l) + "]")).c_str(), value);
+    };
+    set("relumeConeCorners", grid.originWorld);
+    set("relumeConeEdges", grid.voxel);
+    set("relumeConeCells", glm::uvec3(grid.cells));
+    set("relumeConeKinds", glm::uvec3(volume.layer, levels(l), l > 0 ? openFaces(grid, outermost, l) : 0));
+  }
 }
 
-// What halves count radiance in: the brightest voxel.
+void ConeLevels::bind(const Program& program) const {
+  bindVoxels(program, *volumes_.front());
+  bindLevels();
+  if (halves_) brightest_.bind(RELUME_CONE_SLOT_BRIGHTEST);
+  setUniform(gl_, program, "relumeConeLevelCount", levels(0));
+  if (volumes_.size() > 1) bindVolumes(program);
+  for (std::size_t v = 0; v < volumes_.size(); ++v) {
+    for (std::size_t l = 1; l <= levels(v); ++l) {
+      const std::string name = "relumeConeOffset[" + std::to_string(v * RELUME_CONE_MAX_LEVELS + l) + "]";
+      setUniform(gl_, program, name.c_str(), volumes_[v]->offsets[l - 1]);
+    }
+  }
+}
+
+// What halves count radiance in: the brightest voxel of all.
 void ConeLevels::findUnit() {
   brightest_.reserve(sizeof(std::uint32_t));
   brightest_.clear();
   brightest_.bind(RELUME_CONE_SLOT_BRIGHTEST);
-  bindVoxels(brightestProgram_);
-  runThreads(gl_, brightestProgram_, static_cast<std::uint32_t>(source_.size()));
+  for (const auto& volume : volumes_) {
+    bindVoxels(brightestProgram_, *volume);
+    setUniform(gl_, brightestProgram_, "relumeConeFirst", volume->first);
+    runThreads(gl_, brightestProgram_, volume->found.count());
+  }
   waitForShaders(gl_);
 }
 
 // Each level from the one below.
-void ConeLevels::runLevels() {
-  if (halves_) findUnit();
-  bindVoxels(firstProgram_);
+void ConeLevels::runLevels(const Followed& volume) {
+  bindVoxels(firstProgram_, volume);
   bindLevels();
-  listBuffer_.bind(RELUME_CONE_SLOT_LIST);
-  for (std::uint32_t l = 1; l <= levels(); ++l) {
+  volume.list.bind(RELUME_CONE_SLOT_LIST);
+  const auto& sizes = volume.found.sizes();
+  const auto& first = volume.found.firstListed();
+  for (std::uint32_t l = 1; l <= sizes.size(); ++l) {
     const Program& program = l == 1 ? firstProgram_ : levelProgram_;
     bindLevelImage(l);
-    setUniform(gl_, program, "relumeConeFirstListed", firstListed_[l - 1]);
-    if (l > 1) {
-      setUniform(gl_, program, "relumeConeSize", sizes_[l - 1]);
-      setUniform(gl_, program, "relumeConeBelow", sizes_[l - 2]);
-      setUniform(gl_, program, "relumeConePlace", glm::uvec2(offsets_[l - 1], offsets_[l - 2]));
+    setUniform(gl_, program, "relumeConeFirstListed", first[l - 1]);
+    if (l == 1) {
+      setUniform(gl_, program, "relumeConePlace", volume.offsets[0]);
+    } else {
+      setUniform(gl_, program, "relumeConeSize", sizes[l - 1]);
+      setUniform(gl_, program, "relumeConeBelow", sizes[l - 2]);
+      setUniform(gl_, program, "relumeConePlace", glm::uvec2(volume.offsets[l - 1], volume.offsets[l - 2]));
       setUniform(gl_, program, "relumeConeIsSecond", l == 2 ? 1u : 0u);
     }
-    runThreads(gl_, program, firstListed_[l] - firstListed_[l - 1]);
+    runThreads(gl_, program, first[l] - first[l - 1]);
     waitForShaders(gl_);
   }
 }
 
-Status ConeLevels::fill(const VoxelVolume& volume, const LitSides* lit, const RsmMaps* maps) {
-  if (lit != nullptr && !lit->isOf(volume))
-    return Error{ErrorCode::usage, "cones: the sides' light is of another volume, or of this one before it changed"};
-  if (Status ok = checkSize(volume, maps != nullptr); !ok) return ok;
+Status ConeLevels::fill(std::span<const VoxelVolume> volumes, std::span<const LitSides* const> lit,
+                        const RsmMaps* maps) {
+  for (std::size_t l = 0; l < volumes.size() && !lit.empty(); ++l) {
+    if (lit.size() != volumes.size() || !lit[l]->isOf(volumes[l]))
+      return Error{ErrorCode::usage, "cones: the sides' light is of another volume, or of this one before it changed"};
+  }
+  if (Status ok = checkSize(volumes, maps != nullptr); !ok) return ok;
   Stopwatch watch;
   while (gl_.GetError() != GL_NO_ERROR) {
   }
-  if (!follows_ || volume.standingVersion() != standingVersion_ || volume.movingVersion() != movingVersion_) {
-    const bool isSame = follows_ && grid_.cells == volume.grid().cells;
-    follows_ = rsmFollows_ = false;
-    grid_ = volume.grid();
-    if (!isSame) makeLevels();
-    findVoxels(volume);
-    listVoxels();
-    writeVoxels();
-    standingVersion_ = volume.standingVersion();
-    movingVersion_ = volume.movingVersion();
-    sideCount_ = volume.sideCount();
-  }
+  bool isNew = !follows_ || volumes_.size() != volumes.size();
+  for (std::size_t l = 0; !isNew && l < volumes.size(); ++l) isNew = !volumes_[l]->found.isOf(volumes[l]);
+  if (isNew) follow(volumes);
   follows_ = false;
   if (maps != nullptr && !rsmFollows_) {
-    writeRsmVoxels(volume);
+    const std::vector<RelumeRsmVoxel> voxels = volumes_.front()->found.rsmVoxels(volumes.front());
+    rsmVoxels_.reserve(sizeof(RelumeRsmVoxel) * voxels.size());
+    rsmVoxels_.write(0, bytesOf(voxels));
+    rsmSums_.reserve(kSumBytes * volumes.front().sideCount());
     rsmFollows_ = true;
   }
-  if (lit == nullptr && maps == nullptr) writeRadiance(volume);
+  for (std::size_t l = 0; l < volumes.size() && lit.empty() && maps == nullptr; ++l)
+    radiance_.write(bytesOf(volumes_[l]->found.radianceTexels(volumes[l], directions_)),
+                    kRadianceTexels * volumes_[l]->first / RELUME_LIVE_SIDES_A_ROW);
   voxelsMs_ = watch.lap();
   timer_.mark(0);
-  if (lit != nullptr) inject(*lit);
+  for (std::size_t l = 0; l < lit.size(); ++l) inject(*volumes_[l], *lit[l]);
   if (maps != nullptr) inject(*maps);
   waitForShaders(gl_);
   timer_.mark(1);
-  runLevels();
+  if (halves_) findUnit();
+  for (const auto& volume : volumes_) runLevels(*volume);
   timer_.mark(2);
   timer_.endFrame();
-  if (gl_.GetError() == GL_OUT_OF_MEMORY)
-    return tooLarge("this OpenGL has not enough memory for the levels of " + std::to_string(source_.size()) +
-                    " voxels");
+  if (gl_.GetError() == GL_OUT_OF_MEMORY) {
+    std::size_t voxels = 0;
+    for (const auto& volume : volumes_) voxels += volume->found.count();
+    return tooLarge("this OpenGL has not enough memory for the levels of " + std::to_string(voxels) + " voxels");
+  }
   follows_ = true;
   return done();
 }
 
-std::vector<glm::vec4> ConeLevels::texels(std::uint32_t level) const {
-  const glm::uvec3 size = sizes_[level - 1];
-  const glm::uvec3 whole = level == 1
-                               ? glm::uvec3(perVoxel() * size.x, size.y, size.z)
-                               : glm::uvec3(perVoxel() * sizes_[1].x, sizes_[1].y, offsets_.back() + sizes_.back().z);
+std::vector<glm::vec4> ConeLevels::texels(std::uint32_t level, std::size_t volume) const {
+  const Followed& of = *volumes_[volume];
+  const glm::uvec3 size = of.found.sizes()[level - 1], whole = level == 1 ? firstSize_ : furtherSize_;
   std::vector<glm::vec4> all(countOf(whole));
   gl_.ActiveTexture(GL_TEXTURE0 + RELUME_CONE_UNIT_FIRST);
   gl_.BindTexture(GL_TEXTURE_3D, level == 1 ? first_.get() : further_.get());
@@ -391,22 +372,25 @@ std::vector<glm::vec4> ConeLevels::texels(std::uint32_t level) const {
       for (std::uint32_t x = 0; x < size.x; ++x) {
         for (std::uint32_t d = 0; d < perVoxel(); ++d)
           found.push_back(unit *
-                          all[((offsets_[level - 1] + z) * whole.y + y) * std::size_t{whole.x} + d * size.x + x]);
+                          all[((of.offsets[level - 1] + z) * whole.y + y) * std::size_t{whole.x} + d * size.x + x]);
       }
     }
   }
   return found;
 }
 
-std::vector<glm::vec3> ConeLevels::sideRadiance() const {
+std::vector<glm::vec3> ConeLevels::sideRadiance(std::size_t volume) const {
+  const Followed& of = *volumes_[volume];
   std::vector<glm::vec4> texels(std::size_t{radiance_.rows()} * RELUME_LIVE_SIDES_A_ROW);
-  std::vector<glm::vec3> found(sideCount_, glm::vec3(0.0f));
+  std::vector<glm::vec3> found(of.found.sideCount(), glm::vec3(0.0f));
   if (texels.empty()) return found;
   radiance_.bind(RELUME_CONE_UNIT_RADIANCE);
   gl_.GetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, texels.data());
-  for (std::size_t i = 0; i < source_.size(); ++i) {
-    if (source_[i].voxel == kNoSource) continue;
-    for (std::size_t side = 0; side < 2; ++side) found[2 * std::size_t{source_[i].voxel} + side] = texels[2 * i + side];
+  const std::vector<ConeSource>& source = of.found.sources();
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    if (source[i].voxel == kNoSource) continue;
+    for (std::size_t side = 0; side < 2; ++side)
+      found[2 * std::size_t{source[i].voxel} + side] = texels[2 * (of.first + i) + side];
   }
   return found;
 }
@@ -416,10 +400,15 @@ std::vector<PassTime> ConeLevels::passTimes() {
   return {{"voxels", voxelsMs_}, {"inject", ms[0]}, {"levels", ms[1]}};
 }
 
+std::size_t ConeLevels::voxelBytes() const {
+  std::size_t bytes =
+      cells_.bytes() + sides_.bytes() + radiance_.bytes() + rsmVoxels_.bytes() + rsmSums_.bytes() + brightest_.bytes();
+  for (const auto& volume : volumes_) bytes += volume->sources.bytes() + volume->list.bytes();
+  return bytes;
+}
+
 std::size_t ConeLevels::levelBytes() const {
-  if (sizes_.empty()) return 0;
-  const std::size_t texels = std::size_t{perVoxel()} * (countOf(sizes_[0]) + std::size_t{sizes_[1].x} * sizes_[1].y *
-                                                                                 (offsets_.back() + sizes_.back().z));
+  const std::size_t texels = std::size_t{countOf(firstSize_)} + countOf(furtherSize_);
   return texels * (halves_ ? sizeof(glm::vec4) / 2 : sizeof(glm::vec4));
 }
 

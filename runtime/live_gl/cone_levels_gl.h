@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: MIT
-// What cones read in OpenGL: the sides of a volume's voxels with their radiance, and all levels above, found in compute
-// from them. The twin of RadianceMips (runtime/cones/radiance_mips.h).
+// What cones read in OpenGL: the sides of volumes' voxels with their radiance, and all levels above, found in compute
+// from them. The twin of RadianceMips (runtime/cones/radiance_mips.h), of one volume or of several that lie in one
+// another (runtime/cones/nested_cones.h).
 //
-// Voxels that stand and those that move have one numbering, so that a place is looked up once. Of each level the voxels
-// that are not empty are listed, and no others are found anew in a frame.
+// Of each level the voxels that are not empty are listed, and no others are found anew in a frame. Level 1 is a 3-D
+// texture of RGBA16F, or RGBA32F for software drivers, its directions beside each other along x; the further levels are
+// another one, one behind the other along z. Halves count radiance in a unit of their own (shaders/lib/cone_unit.glsl).
 //
-// Level 1 is a 3-D texture of RGBA16F, or RGBA32F for software drivers, its directions beside each other along x; the
-// further levels are another one, one behind the other along z. Halves count radiance in a unit of their own
-// (shaders/lib/cone_unit.glsl).
+// Several volumes share all textures: levels and layers of cells one volume behind the other along z, voxels numbered
+// through, each with room for a quarter more than it needs. What has not changed stays.
 #pragma once
 
 #include "relume/result.h"
 #include "runtime/cones/radiance_mips.h"
 #include "runtime/gl/timer.h"
+#include "runtime/live_gl/cone_volume.h"
 #include "runtime/live_gl/lit_sides.h"
 #include "runtime/live_gl/live_objects.h"
 #include "runtime/passes/programs.h"
@@ -23,6 +25,7 @@
 #include <glm/vec4.hpp>
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -47,44 +50,55 @@ class ConeLevels {
 
   // State must be saved, here and below. failed: a shader's log.
   Status compile();
-  // Take over the volume and its radiance, as its reflect() left it, as passes have written it, or by reflective
-  // shadow maps, and fill the levels. One of `lit` and `maps` or neither. usage: the sides have not followed this
-  // volume; unsupported: more than this OpenGL holds, after which there is nothing until a volume fits. Throws
-  // std::bad_alloc.
-  Status fill(const VoxelVolume& volume, const LitSides* lit, const RsmMaps* maps);
+  // Take over volumes, from the outermost on, and their radiance, as their reflect() left it, as passes have written
+  // it, or of one alone by reflective shadow maps, and fill the levels. lit: [Size 0 or volumes]. One of `lit` and
+  // `maps` or neither. usage: the sides have not followed these volumes; unsupported: more than this OpenGL holds,
+  // after which there is nothing until volumes fit. Throws std::bad_alloc.
+  Status fill(std::span<const VoxelVolume> volumes, std::span<const LitSides* const> lit, const RsmMaps* maps);
   bool isFilled() const { return follows_; }
-  // Textures, buffer and uniforms of a program with lib/cone_trace.glsl.
+  std::size_t volumes() const { return volumes_.size(); }
+  // Textures, buffer and uniforms of a program with lib/cone_trace.glsl, made for one volume or for several.
   void bind(const Program& program) const;
 
   // Definitions that all programs with cones need.
   std::vector<std::pair<std::string, std::string>> defines() const;
-  std::uint32_t levels() const { return static_cast<std::uint32_t>(sizes_.size()); }
-  // As RadianceMips::texels(), read back. [1..levels()]
-  std::vector<glm::vec4> texels(std::uint32_t level) const;
-  // Radiance of the volume's sides as cones read it, black where none does. [Size of its sides] Read back.
-  std::vector<glm::vec3> sideRadiance() const;
+  std::uint32_t levels(std::size_t volume) const {
+    return volume < volumes_.size() ? static_cast<std::uint32_t>(volumes_[volume]->found.sizes().size()) : 0;
+  }
+  // As RadianceMips::texels(), read back. [1..levels(volume)]
+  std::vector<glm::vec4> texels(std::uint32_t level, std::size_t volume) const;
+  // Radiance of a volume's sides as cones read it, black where none does. [Size of its sides] Read back.
+  std::vector<glm::vec3> sideRadiance(std::size_t volume) const;
   // "voxels" on the CPU, "inject", "levels".
   std::vector<PassTime> passTimes();
-  std::size_t voxelBytes() const {
-    return cells_.bytes() + sides_.bytes() + radiance_.bytes() + sources_.bytes() + listBuffer_.bytes() +
-           rsmVoxels_.bytes() + rsmSums_.bytes() + brightest_.bytes();
-  }
+  std::size_t voxelBytes() const;
   std::size_t levelBytes() const;
 
  private:
-  Status checkSize(const VoxelVolume& volume, bool hasMaps) const;
+  // One volume, and where its own begin in what all share.
+  struct Followed {
+    explicit Followed(const Functions& gl) : sources(gl), list(gl) {}
+
+    ConeVolume found;
+    GrowingBuffer sources, list;
+    std::uint32_t layer = 0;             // of cells
+    std::uint32_t first = 0, room = 0;   // of voxels
+    std::vector<std::uint32_t> offsets;  // along z, of each level
+    bool isDirty = false;                // its own are not in the textures
+  };
+
+  Status checkSize(std::span<const VoxelVolume> volumes, bool hasMaps) const;
+  void follow(std::span<const VoxelVolume> volumes);
   void makeLevels();
-  void findVoxels(const VoxelVolume& volume);
-  void listVoxels();
-  void writeVoxels();
-  void writeRadiance(const VoxelVolume& volume);
-  void writeRsmVoxels(const VoxelVolume& volume);
-  void inject(const LitSides& lit);
+  void placeVoxels();
+  void write(Followed& volume);
+  void inject(const Followed& volume, const LitSides& lit);
   void inject(const RsmMaps& maps);
   void findUnit();
-  void runLevels();
-  void bindVoxels(const Program& program) const;
+  void runLevels(const Followed& volume);
+  void bindVoxels(const Program& program, const Followed& volume) const;
   void bindLevels() const;
+  void bindVolumes(const Program& program) const;
   void bindLevelImage(std::uint32_t level) const;
   GLenum levelFormat() const { return halves_ ? GL_RGBA16F : GL_RGBA32F; }
   std::uint32_t perVoxel() const { return directions_ == RadianceMips::Directions::six ? 6 : 1; }
@@ -93,27 +107,12 @@ class ConeLevels {
   RadianceMips::Directions directions_;
   bool halves_;  // of the levels' texels
   Program injectProgram_, rsmProgram_, rsmLightProgram_, brightestProgram_, firstProgram_, levelProgram_;
-  VolumeGrid grid_;
-  std::vector<glm::uvec3> sizes_;       // [Size levels()]
-  std::vector<std::uint32_t> offsets_;  // along z, of each
+  std::vector<std::unique_ptr<Followed>> volumes_;  // from the outermost on
   Texture first_, further_;
+  glm::uvec3 firstSize_{0}, furtherSize_{0};  // of both [texel]
   bool follows_ = false, rsmFollows_ = false;
-  std::uint32_t sideCount_ = 0;
-  std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
-  // Of each occupied voxel the place of its sides among the volume's, kNoSource = it was dropped; and its front's share
-  // of the area.
-  struct Source {
-    std::uint32_t voxel = 0;
-    float front = 0.5f;
-  };
-  std::vector<Source> source_;
-  std::vector<glm::uvec4> cellTexels_;
-  std::vector<glm::vec4> sideTexels_;
-  // Of all levels the voxels that are not empty, and those that are found in a frame: places, 10 bits an axis; and
-  // where each level's begin. [Size levels() + 1]
-  std::vector<std::uint32_t> occupied_, firstOccupied_, listed_, firstListed_;
   CellTexture cells_;
-  GrowingBuffer sources_, listBuffer_, rsmVoxels_, rsmSums_, brightest_;
+  GrowingBuffer rsmVoxels_, rsmSums_, brightest_;
   GrowingRows radiance_, sides_;
   FrameTimer<2> timer_;
   double voxelsMs_ = 0.0;

@@ -43,19 +43,36 @@ ConePasses::ConePasses(const Functions& gl, const ConeLevels& levels, const Pixe
       directions_(gl),
       timer_(gl) {}
 
-Status ConePasses::compile() {
+std::vector<std::pair<std::string, std::string>> ConePasses::defines() const {
   auto defines = levels_.defines();
   defines.emplace_back("RELUME_CONE_SHARES", isSerial_ ? "0" : "1");
-  const std::pair<Program*, const char*> programs[] = {
-      {&surfacesProgram_, "cone_surfaces.comp"}, {&hemisphereProgram_, "cone_hemisphere.comp"},
-      {&lobeProgram_, "cone_lobe.comp"},         {&edgesProgram_, "cone_edges.comp"},
-      {&gatherProgram_, "cone_gather.comp"},     {&blurProgram_, "cone_blur.comp"},
-      {&keepProgram_, "cone_keep.comp"}};
+  return defines;
+}
+
+Status ConePasses::compile() {
+  const std::pair<Program*, const char*> programs[] = {{&surfacesProgram_, "cone_surfaces.comp"},
+                                                       {&edgesProgram_, "cone_edges.comp"},
+                                                       {&gatherProgram_, "cone_gather.comp"},
+                                                       {&blurProgram_, "cone_blur.comp"},
+                                                       {&keepProgram_, "cone_keep.comp"}};
   for (const auto& [program, path] : programs) {
-    Result<Program> made = makeComputeProgram(gl_, path, defines);
+    Result<Program> made = makeComputeProgram(gl_, path, defines());
     if (!made) return made.error();
     *program = std::move(*made);
   }
+  return compile(tracing_, false);
+}
+
+Status ConePasses::compileNested() { return nestedTracing_.lobe.get() != 0 ? done() : compile(nestedTracing_, true); }
+
+Status ConePasses::compile(Tracing& programs, bool isNested) const {
+  auto all = defines();
+  if (isNested) all.emplace_back("RELUME_LIVE_NESTED", "1");
+  Result<Program> hemisphere = makeComputeProgram(gl_, "cone_hemisphere.comp", all);
+  if (!hemisphere) return hemisphere.error();
+  Result<Program> lobe = makeComputeProgram(gl_, "cone_lobe.comp", all);
+  if (!lobe) return lobe.error();
+  programs = {std::move(*hemisphere), std::move(*lobe)};
   return done();
 }
 
@@ -133,20 +150,21 @@ void ConePasses::lightPixels(const LiveSky& sky, GLuint normals, bool rowsUp) {
 
   // 1. A cone a pixel, or all
   const float angle = options_.interleaved ? 2.0f * std::numbers::pi_v<float> * turnOfFrame(frameNumber_) : 0.0f;
-  levels_.bind(hemisphereProgram_);
-  bindSurfaces(hemisphereProgram_);
-  bindSky(hemisphereProgram_, sky);
+  const Program& hemisphere = tracing().hemisphere;
+  levels_.bind(hemisphere);
+  bindSurfaces(hemisphere);
+  bindSky(hemisphere, sky);
   bindTexture(RELUME_CONE_UNIT_NORMALS, normals);
   light[from].bindImage(gl_, 0);
-  gl_.ProgramUniform2f(hemisphereProgram_.get(), gl_.GetUniformLocation(hemisphereProgram_.get(), "relumeConeTurn"),
-                       std::cos(angle), std::sin(angle));
-  setUniform(gl_, hemisphereProgram_, "relumeConeAll", options_.interleaved ? 0u : kHemisphereCones);
-  setUniform(gl_, hemisphereProgram_, "relumeConeFalloff", options_.falloff);
+  gl_.ProgramUniform2f(hemisphere.get(), gl_.GetUniformLocation(hemisphere.get(), "relumeConeTurn"), std::cos(angle),
+                       std::sin(angle));
+  setUniform(gl_, hemisphere, "relumeConeAll", options_.interleaved ? 0u : kHemisphereCones);
+  setUniform(gl_, hemisphere, "relumeConeFalloff", options_.falloff);
   if (options_.interleaved) {
     const glm::uvec2 blocks = (glm::uvec2(images_.size) + (kPattern - 1)) / kPattern;
-    run(hemisphereProgram_, kHemisphereCones * blocks.x * blocks.y);
+    run(hemisphere, kHemisphereCones * blocks.x * blocks.y);
   } else {
-    run(hemisphereProgram_, pixels());
+    run(hemisphere, pixels());
   }
   timer_.mark(2);
 
@@ -210,12 +228,13 @@ void ConePasses::frame(const LiveSky& sky, GLuint normals, GLuint mirrored, cons
   // What pixels mirror
   hasGlossy_ = mirrored != 0;
   if (hasGlossy_) {
-    levels_.bind(lobeProgram_);
-    bindSurfaces(lobeProgram_);
-    bindSky(lobeProgram_, sky);
+    const Program& program = tracing().lobe;
+    levels_.bind(program);
+    bindSurfaces(program);
+    bindSky(program, sky);
     bindTexture(RELUME_CONE_UNIT_NORMALS, mirrored);
     images_.glossy.bindImage(gl_, 0);
-    run(lobeProgram_, pixels());
+    run(program, pixels());
   }
   timer_.mark(7);
   timer_.endFrame();

@@ -17,6 +17,8 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace relume::gl {
@@ -29,6 +31,8 @@ class ConePasses {
 
   // failed: a shader's log.
   Status compile();
+  // What goes through several volumes, once.
+  Status compileNested();
   // Images for so many pixels; those of before stay where there is no room: unsupported.
   Status resize(std::uint32_t width, std::uint32_t height);
   // A frame of the CPU's pixels, of this size. mirrored: empty = none is wanted. Throws std::bad_alloc.
@@ -74,6 +78,14 @@ class ConePasses {
     PixelImage normals, mirrored, glossy, edges;
   };
 
+  // Those that follow cones, through one volume or, once there are several, through those.
+  struct Tracing {
+    Program hemisphere, lobe;
+  };
+
+  const Tracing& tracing() const { return levels_.volumes() > 1 ? nestedTracing_ : tracing_; }
+  std::vector<std::pair<std::string, std::string>> defines() const;
+  Status compile(Tracing& programs, bool isNested) const;
   void upload(const PixelReceivers& pixels, std::span<const glm::vec4> mirrored);
   std::uint32_t pixels() const { return static_cast<std::uint32_t>(images_.size.x * images_.size.y); }
   void run(const Program& program, std::uint32_t threads) const;
@@ -91,7 +103,8 @@ class ConePasses {
   PixelConeOptions options_;
   bool hemisphere_;
   bool isSerial_;  // threads of a work group run one after the other
-  Program surfacesProgram_, hemisphereProgram_, lobeProgram_, edgesProgram_, gatherProgram_, blurProgram_, keepProgram_;
+  Tracing tracing_, nestedTracing_;
+  Program surfacesProgram_, edgesProgram_, gatherProgram_, blurProgram_, keepProgram_;
   GrowingBuffer directions_;
   PixelImages images_;
   bool hasBefore_ = false;  // a frame of this size, to keep light of

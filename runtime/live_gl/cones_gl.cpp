@@ -52,22 +52,21 @@ ConesGl::ConesGl(ConesGl&&) noexcept = default;
 ConesGl& ConesGl::operator=(ConesGl&&) noexcept = default;
 ConesGl::~ConesGl() = default;
 
-Status ConesGl::fill(const VoxelVolume& volume) {
+Status ConesGl::fill(VolumeRange volumes, std::span<const gl::LitSides* const> lit) {
   try {
     const gl::SavedState saved(state_->gl_, RELUME_CONE_UNITS);
-    return state_->levels.fill(volume, nullptr, nullptr);
+    if (volumes.size() > 1) {
+      if (Status ok = state_->passes.compileNested(); !ok) return ok;
+    }
+    return state_->levels.fill(volumes, lit, nullptr);
   } catch (const std::bad_alloc&) {
     return noRoom();
   }
 }
 
 Status ConesGl::fill(const VoxelVolume& volume, const gl::LitSides& lit) {
-  try {
-    const gl::SavedState saved(state_->gl_, RELUME_CONE_UNITS);
-    return state_->levels.fill(volume, &lit, nullptr);
-  } catch (const std::bad_alloc&) {
-    return noRoom();
-  }
+  const gl::LitSides* const only = &lit;
+  return fill(volume, {&only, 1});
 }
 
 namespace {
@@ -88,7 +87,7 @@ Status ConesGl::fill(const VoxelVolume& volume, std::span<const RsmTextures> map
     const auto checked = gl::checkConeMaps(s.gl_, maps, largestFlux);
     if (!checked) return checked.error();
     const gl::RsmMaps all{*checked, largestFlux, emissionScale};
-    return s.levels.fill(volume, nullptr, &all);
+    return s.levels.fill({&volume, 1}, {}, &all);
   } catch (const std::bad_alloc&) {
     return noRoom();
   }
@@ -103,7 +102,7 @@ Status ConesGl::fill(const VoxelVolume& volume, std::span<const RsmImage> maps, 
     const auto uploaded = s.maps.upload(maps);
     if (!uploaded) return uploaded.error();
     const gl::RsmMaps all{*uploaded, largestFlux(maps), emissionScale};
-    return s.levels.fill(volume, nullptr, &all);
+    return s.levels.fill({&volume, 1}, {}, &all);
   } catch (const std::bad_alloc&) {
     return noRoom();
   }
@@ -173,15 +172,15 @@ std::vector<std::uint8_t> ConesGl::edges() const {
   return state_->passes.edges();
 }
 
-std::vector<glm::vec3> ConesGl::sideRadiance() const {
+std::vector<glm::vec3> ConesGl::sideRadiance(std::size_t volume) const {
   const gl::SavedState saved(state_->gl_, RELUME_CONE_UNITS);
-  return state_->levels.sideRadiance();
+  return state_->levels.sideRadiance(volume);
 }
 
-std::uint32_t ConesGl::levels() const { return state_->levels.levels(); }
-std::vector<glm::vec4> ConesGl::texels(std::uint32_t level) const {
+std::uint32_t ConesGl::levels(std::size_t volume) const { return state_->levels.levels(volume); }
+std::vector<glm::vec4> ConesGl::texels(std::uint32_t level, std::size_t volume) const {
   const gl::SavedState saved(state_->gl_, RELUME_CONE_UNITS);
-  return state_->levels.texels(level);
+  return state_->levels.texels(level, volume);
 }
 
 std::vector<PassTime> ConesGl::passTimes() const {

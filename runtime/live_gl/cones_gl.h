@@ -2,7 +2,8 @@
 // Light that pixels find by cones through a lit voxel volume, in OpenGL 4.3: the passes of RadianceMips, PixelCones and
 // ConeTracer (runtime/cones), each of which a test compares with its twin there.
 //
-//   fill()   a frame: the voxels' radiance, from the CPU, from passes of the caches (live_caches_gl.h) or of a bake
+//   fill()   a frame: the radiance of the voxels of one volume, or of several that lie in one another, from the CPU,
+//   from passes of the caches (live_caches_gl.h) or of a bake
 //            (bake_voxels_gl.h), or from reflective shadow maps (runtime/cones/rsm_voxels.h), and all levels
 //   trace()  a frame: the hemisphere over each pixel of a picture, one cone a pixel or all, and what pixels mirror
 //
@@ -17,6 +18,7 @@
 #include "relume/result.h"
 #include "runtime/cones/pixel_cones.h"
 #include "runtime/cones/rsm_voxels.h"
+#include "runtime/live_gl/volume_range.h"
 #include "runtime/passes/programs.h"
 
 #include <glm/mat4x4.hpp>
@@ -75,9 +77,10 @@ class ConesGl {
   ConesGl& operator=(ConesGl&&) noexcept;
   ~ConesGl();
 
-  // The volume as its reflect() left it; or with the radiance that `lit`, sides of this volume, have.
-  // usage: of another volume; unsupported: more voxels than OpenGL's buffers and textures hold; memory.
-  [[nodiscard]] Status fill(const VoxelVolume& volume);
+  // Volumes from the outermost on, as their reflect() left them; or with the radiance that `lit`, sides of each, have.
+  // [Size 1 to kMaxCascades; lit: 0 or as many] usage: of other volumes; unsupported: more voxels than OpenGL's buffers
+  // and textures hold; memory; failed: a shader's log, with the first of several volumes.
+  [[nodiscard]] Status fill(VolumeRange volumes, std::span<const gl::LitSides* const> lit = {});
   [[nodiscard]] Status fill(const VoxelVolume& volume, const gl::LitSides& lit);
   // The volume lit by maps of the lights that are on, and by its emission: as RsmVoxels::light(), to the bit.
   // largestFlux: of a texel's channel; what is above is cut there [W] [0..1e30]. emissionScale: factor [0..1e9]. usage:
@@ -106,12 +109,12 @@ class ConesGl {
   std::vector<glm::vec3> glossy() const;
   std::vector<float> frames() const;
   std::vector<std::uint8_t> edges() const;
-  // Of the volume's sides as cones read them, read back; black where none does. [W/m²/sr] [Size
+  // Of a volume's sides as cones read them, read back; black where none does. [W/m²/sr] [Size
   // VoxelVolume::sideCount()]
-  std::vector<glm::vec3> sideRadiance() const;
-  // Levels above the voxels, and as RadianceMips::texels(), read back. [1..levels()]
-  std::uint32_t levels() const;
-  std::vector<glm::vec4> texels(std::uint32_t level) const;
+  std::vector<glm::vec3> sideRadiance(std::size_t volume = 0) const;
+  // Levels above its voxels, and as RadianceMips::texels(), read back. [1..levels(volume)]
+  std::uint32_t levels(std::size_t volume = 0) const;
+  std::vector<glm::vec4> texels(std::uint32_t level, std::size_t volume = 0) const;
 
   // Of the last frame that the GPU has finished; "voxels" on the CPU.
   std::vector<PassTime> passTimes() const;

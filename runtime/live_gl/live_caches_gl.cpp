@@ -335,7 +335,9 @@ std::vector<glm::vec3> LiveCachesGl::radiance(std::size_t level) const {
   return state_->volumes[level].sides.radiance();
 }
 
-const gl::LitSides& LiveCachesGl::sides() const { return state_->volumes.outermostSides(); }
+const gl::LitSides& LiveCachesGl::sides(std::size_t level) const {
+  return level == 0 ? state_->volumes.outermostSides() : state_->volumes[level].sides;
+}
 
 std::vector<PassTime> LiveCachesGl::passTimes() const {
   State& s = *state_;

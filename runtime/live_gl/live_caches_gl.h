@@ -17,8 +17,8 @@
 #include "relume/relighter.h"
 #include "relume/result.h"
 #include "runtime/live/live_frame.h"
+#include "runtime/live_gl/volume_range.h"
 #include "runtime/passes/programs.h"
-#include "runtime/voxels/nested_volumes.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -42,13 +42,6 @@ struct LiveCachesGlOptions {
   std::string visibilityGlsl;
   std::optional<gpu::GroupThreads> groups;  // what work groups are to suit; nothing = the driver
   LiveGlNames names{};                      // of glsl()
-};
-
-// Volumes that lie in one another, from the outermost on, or one alone.
-struct VolumeRange : std::span<const VoxelVolume> {
-  VolumeRange(const NestedVolumes& volumes) : span(volumes.all()) {}
-  VolumeRange(const VoxelVolume& only) : span(&only, 1) {}
-  VolumeRange(std::span<const VoxelVolume> volumes) : span(volumes) {}
 };
 
 class LiveCachesGl {
@@ -90,8 +83,8 @@ class LiveCachesGl {
   std::vector<float> brightest(std::size_t level = 0) const;
   // Radiance [W/m²/sr] of its sides, read back.
   std::vector<glm::vec3> radiance(std::size_t level = 0) const;
-  // The outermost's, with the texture that has it.
-  const gl::LitSides& sides() const;
+  // A volume's, with the texture that has it. [level: 0 before there are any]
+  const gl::LitSides& sides(std::size_t level = 0) const;
   // Of the last frame that the GPU has finished; "cells" on the CPU.
   std::vector<PassTime> passTimes() const;
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;

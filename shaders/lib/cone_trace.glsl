@@ -9,8 +9,16 @@
 
 layout(binding = RELUME_CONE_UNIT_FIRST) uniform sampler3D relumeConeFirst;
 layout(binding = RELUME_CONE_UNIT_LEVELS) uniform sampler3D relumeConeLevels;
+#ifdef RELUME_LIVE_NESTED
+#include "lib/cone_volumes.glsl"
+#else
 uniform uint relumeConeLevelCount;  // above the voxels
 uniform uint relumeConeOffset[RELUME_CONE_MAX_LEVELS];  // of each level along z
+
+float relumeConeAlongZ(int level) { return float(relumeConeOffset[level]); }
+// Where a cone begins. [m; voxels]
+vec3 relumeConeOrigin(vec3 world) { return (world - relumeLiveOrigin) / relumeLiveVoxel; }
+#endif
 
 const float kConeSpent = 0.01;  // a cone ends where no more of it is clear
 const float kConeClear = 1.75;  // [voxels] above its own plane a cone begins
@@ -19,7 +27,7 @@ const float kConeNear = 3.0;    // [voxels] from its start a cone may be in the 
 const float kConeStep = 0.5;    // [sample widths]
 
 struct RelumeCone {
-  vec3 origin;     // [voxels]
+  vec3 origin;     // relumeConeOrigin()
   vec3 normal;     // unit
   vec3 direction;  // unit
   float spread;    // tangent of the half angle
@@ -36,7 +44,7 @@ vec4 relumeConeReadVoxels(vec3 place, vec3 way, bool isNear, vec3 origin) {
     if (!relumeLiveHolds(v)) continue;
     if (v >> 2 != cellAt) {
       cellAt = v >> 2;
-      cell = texelFetch(relumeLiveCells, cellAt, 0);
+      cell = relumeLiveCell(cellAt);
     }
     uint bit = relumeLiveBit(v);
     if (!relumeLiveIsSet(cell.xy, bit)) continue;
@@ -73,6 +81,9 @@ float relumeConeBlock(int level, vec3 place, out vec3 at, out float width) {
 vec4 relumeConeReadFirst(vec3 place, vec3 way) {
   vec3 at;
   float width, weight = relumeConeBlock(1, place, at, width);
+#ifdef RELUME_LIVE_NESTED
+  at.z += relumeConeAlongZ(1);
+#endif
   return weight * vec4(vec3(relumeConeUnit()), 1.0) * (RELUME_CONE_SAMPLE(relumeConeFirst, at, way, width));
 }
 
@@ -80,7 +91,7 @@ vec4 relumeConeReadFirst(vec3 place, vec3 way) {
 vec4 relumeConeReadFurther(int level, vec3 place, vec3 way) {
   vec3 at;
   float width, weight = relumeConeBlock(level, place, at, width);
-  at.z += float(relumeConeOffset[level]);
+  at.z += relumeConeAlongZ(level);
   return weight * vec4(vec3(relumeConeUnit()), 1.0) * (RELUME_CONE_SAMPLE(relumeConeLevels, at, way, width));
 }
 
@@ -90,6 +101,9 @@ bool relumeConeIsUnit(vec3 v) {
   return square > floatBitsToUint(0.99) && square < floatBitsToUint(1.01);
 }
 
+#ifdef RELUME_LIVE_NESTED
+#include "lib/cone_nested.glsl"
+#else
 // How far a cone has come. [voxels]
 struct RelumeMarch {
   float t, end;
@@ -186,6 +200,7 @@ vec4 relumeConeFollow(RelumeCone cone, float falloff) {
   if (m.clear <= kConeSpent) return vec4(m.radiance, m.occlusion) / (1.0 - m.clear);
   return vec4(m.radiance + m.clear * relumeSkyAlong(way), m.occlusion);
 }
+#endif
 
 // Two directions across a unit vector (formats/frame_about.h).
 mat3 relumeFrameAbout(vec3 n) {

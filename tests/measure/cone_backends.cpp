@@ -3,8 +3,8 @@
 // lights are apart. Voxels send out the lights' direct light and emission; and the same by reflective shadow maps, with
 // how far what lobes find there is from that. Prints the table of backends of docs/notes/cones.md.
 //
-//   bench_cone_backends LEVEL.glb CAMERA LIGHTS [CELLS [WIDTH HEIGHT [FRAMES [MAP]]]]
-// (by default 32, 320 180, 4, maps of 512 texels along a side)
+//   bench_cone_backends LEVEL.glb CAMERA LIGHTS [CELLS [WIDTH HEIGHT [FRAMES [MAP [MORE [VOLUMES]]]]]]
+// (by default 32, 320 180, 4, maps of 512 texels along a side, 0, one volume; several have no maps)
 #include "runtime/live_gl/cones_gl.h"
 #include "tests/measure/g_buffer.h"
 #include "tests/measure/or_exit.h"
@@ -55,9 +55,10 @@ double relativeRmse(std::span<const Vector> expected, std::span<const Vector> fo
 
 int main(int argc, char** argv) {
   if (argc < 4)
-    return std::fprintf(stderr,
-                        "bench_cone_backends LEVEL.glb CAMERA LIGHTS [CELLS [WIDTH HEIGHT [FRAMES [MAP [MORE]]]]]\n"
-                        "MORE: frames by OpenGL alone; with 0 FRAMES those are all, and nothing is compared\n"),
+    return std::fprintf(
+               stderr,
+               "bench_cone_backends LEVEL.glb CAMERA LIGHTS [CELLS [WIDTH HEIGHT [FRAMES [MAP [MORE [VOLUMES]]]]]]\n"
+               "MORE: frames by OpenGL alone; with 0 FRAMES those are all, and nothing is compared\n"),
            2;
   const auto number = [&](int at, int otherwise) { return argc > at ? std::atoi(argv[at]) : otherwise; };
   Context context;
@@ -70,6 +71,8 @@ int main(int argc, char** argv) {
   request.bounces = 1;
   request.live = LiveRequest{};
   request.live->cells = static_cast<std::uint32_t>(number(4, 32));
+  request.live->cascades = static_cast<std::uint32_t>(number(10, 1));
+  const bool isOne = request.live->cascades == 1;
   auto light = orExit(lightLive(view->tracer, request, context));
   VoxelView& voxels = light.voxels;
   const auto width = static_cast<std::uint32_t>(number(5, 320)), height = static_cast<std::uint32_t>(number(6, 180));
@@ -87,6 +90,7 @@ int main(int argc, char** argv) {
   PixelCones cpu = orExit(PixelCones::create({})), cpuAll = orExit(PixelCones::create(all));
   ConesGl gl = orExit(ConesGl::create({{}, RadianceMips::Directions::six, true, EglContext::getProcAddress}));
   ConesGl glAll = orExit(ConesGl::create({all, RadianceMips::Directions::six, true, EglContext::getProcAddress}));
+  orExit(voxels.mips.update(voxels.volumes.all()));
   const ConeTracer tracer(voxels.volumes.all(), voxels.mips.all(), voxels.sky());
   Least onCpu, onGpu;
   take(onCpu, voxels.volume().passTimes());
@@ -107,19 +111,19 @@ int main(int argc, char** argv) {
     lobes();
     take(onCpu,
          {{"lobes", std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count()}});
-    orExit(gl.fill(voxels.volume()));
+    orExit(gl.fill(voxels.volumes));
     orExit(gl.trace(g.receivers(), voxels.sky(), mirrored));
     glFinish();
     take(onGpu, gl.passTimes());
   }
   // As where something moves: all voxels are numbered and listed anew.
-  orExit(voxels.volume().move({}));
-  orExit(gl.fill(voxels.volume()));
+  orExit(voxels.volumes.move({}));
+  orExit(gl.fill(voxels.volumes));
   const double anew = gl.passTimes()[0].ms;
   if (frames > 0) orExit(cpuAll.update(tracer, g.receivers(), {}));
   take(onCpu, cpuAll.passTimes(), "25 ");
   for (int f = 0; f <= more; ++f) {
-    orExit(glAll.fill(voxels.volume()));
+    orExit(glAll.fill(voxels.volumes));
     orExit(glAll.trace(g.receivers(), voxels.sky()));
     glFinish();
     take(onGpu, glAll.passTimes(), "25 ");
@@ -128,7 +132,7 @@ int main(int argc, char** argv) {
   const std::vector<glm::vec4> found = gl.light(), foundAll = glAll.light();
   const std::vector<glm::vec3> foundGlossy = gl.glossy(), direct = glossy;
   for (int f = 0; f < more; ++f) {
-    orExit(gl.fill(voxels.volume()));
+    orExit(gl.fill(voxels.volumes));
     orExit(gl.trace(g.receivers(), voxels.sky(), mirrored));
     glFinish();
     take(onGpu, gl.passTimes());
@@ -137,12 +141,13 @@ int main(int argc, char** argv) {
   // The same voxels lit by reflective shadow maps
   const auto side = static_cast<std::uint32_t>(number(8, kRsmVoxelsSide));
   std::vector<RsmMap> maps;
-  for (const SceneLight& l : request.lights) maps.push_back(renderRsm(view->tracer, l, side, context));
+  for (const SceneLight& l : request.lights)
+    if (isOne) maps.push_back(renderRsm(view->tracer, l, side, context));
   std::vector<RsmImage> images;
   for (const RsmMap& map : maps) images.push_back(map.image());
   RsmVoxels byMaps;
   onGpu.erase("inject");  // of frames without maps
-  for (int f = 0; f < frames; ++f) {
+  for (int f = 0; f < frames && isOne; ++f) {
     orExit(byMaps.light(voxels.volume(), images, glm::vec3(1.0f)));
     take(onCpu, {byMaps.passTimes()[1]});
     if (f == 0) take(onCpu, {byMaps.passTimes()[0]});
@@ -150,18 +155,18 @@ int main(int argc, char** argv) {
     glFinish();
     take(onGpu, {gl.passTimes()[1]});
   }
-  for (int f = 0; f < more; ++f) {
+  for (int f = 0; f < more && isOne; ++f) {
     orExit(gl.fill(voxels.volume(), images, glm::vec3(1.0f)));
     glFinish();
     take(onGpu, {gl.passTimes()[1]});
   }
   const std::vector<glm::vec3> foundSides = gl.sideRadiance();
   std::uint32_t apart = 0;
-  for (std::uint32_t s = 0; frames > 0 && s < voxels.volume().sideCount(); ++s) {
+  for (std::uint32_t s = 0; frames > 0 && isOne && s < voxels.volume().sideCount(); ++s) {
     const VoxelRadiance& r = voxels.volume().radiance()[s / 2];
     if (byMaps.targets().perFlux[s] > 0.0f && foundSides[s] != (s % 2 == 0 ? r.front : r.back)) ++apart;
   }
-  if (frames > 0) {
+  if (frames > 0 && isOne) {
     orExit(voxels.mips.update(voxels.volumes.all()));
     lobes();
   }
@@ -171,8 +176,8 @@ int main(int argc, char** argv) {
     lightDirect += static_cast<double>(direct[i].x + direct[i].y + direct[i].z);
   }
 
-  std::printf("%s, %u x %u pixels, %u cells, %u voxels; CPU: one thread; OpenGL: %s\n", argv[1], width, height,
-              request.live->cells, voxels.volume().stats().occupied,
+  std::printf("%s, %u x %u pixels, %u cells, %zu volumes, %u voxels; CPU: one thread; OpenGL: %s\n", argv[1], width,
+              height, request.live->cells, voxels.volumes.size(), voxels.volumes.stats().occupied,
               reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
   std::printf("| pass | CPU, ms | OpenGL, ms |\n|---|---:|---:|\n");
   const std::pair<const char*, const char*> passes[] = {{"", "voxels"},           {"direct", "direct light by rays"},
@@ -187,11 +192,13 @@ int main(int argc, char** argv) {
   std::printf("relative RMSE: 25 cones %.2e, one cone, filtered and kept %.2e, lobes of exponent %.0f %.2e\n",
               relativeRmse<glm::vec4>(cpuAll.light(), foundAll), relativeRmse<glm::vec4>(cpu.light(), found),
               static_cast<double>(kExponent), relativeRmse<glm::vec3>(direct, foundGlossy));
-  std::printf(
-      "maps of %u texels along a side, %zu: %.2f %% of their flux in voxels; sides that differ between CPU and OpenGL: "
-      "%u; lobes beside those in voxels lit directly: relative RMSE %.3f, energy %.3f\n",
-      side, maps.size(), 100.0 * static_cast<double>(byMaps.arrived()), apart, relativeRmse<glm::vec3>(direct, glossy),
-      lightOfMaps / lightDirect);
+  if (isOne)
+    std::printf(
+        "maps of %u texels along a side, %zu: %.2f %% of their flux in voxels; sides that differ between CPU and "
+        "OpenGL: %u; lobes beside those in voxels lit directly: relative RMSE %.3f, energy %.3f\n",
+        side, maps.size(), 100.0 * static_cast<double>(byMaps.arrived()), apart,
+        relativeRmse<glm::vec3>(direct, glossy), lightOfMaps / lightDirect);
+  std::printf("mips on the CPU: %.1f MiB\n", static_cast<double>(voxels.mips.sizeBytes()) / (1 << 20));
   for (const auto& [name, bytes] : gl.bufferSizes())
     std::printf("%s: %.1f MiB\n", name.c_str(), static_cast<double>(bytes) / (1 << 20));
   return 0;

@@ -284,6 +284,15 @@ TEST_F(RenderCommand, followsConesInOpenGlAsOnTheCpu) {
   EXPECT_LE(difference(layer("indirect"), indirect), 0.1);
   EXPECT_LE(difference(layer("voxels"), voxels), 0.1);
 
+  // Volumes in one another about the camera
+  const std::vector<std::string> nested{"--live-cascades", "3", "--aov", "occlusion,glossy", "--exponent", "64"};
+  ASSERT_EQ(draw("gl", nested).status, 0);
+  const auto nestedOpen = layer("occlusion"), nestedGlossy = layer("glossy");
+  EXPECT_GT(difference(open, nestedOpen), 0.02) << "cones see the inner volumes";
+  ASSERT_EQ(draw("cpu", nested).status, 0);
+  EXPECT_LE(difference(layer("occlusion"), nestedOpen), 0.01);
+  EXPECT_LE(difference(layer("glossy"), nestedGlossy), 0.1);
+
   // A bake lights the voxels by rays on both.
   const std::vector<std::string> baked{"--bake", bake_, "--aov", "occlusion,glossy", "--exponent", "16"};
   ASSERT_EQ(draw("gl", baked).status, 0);

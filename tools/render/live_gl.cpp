@@ -82,9 +82,10 @@ Result<LiveGl> lightLiveGl(const Scene& scene, const RenderRequest& request, con
   auto cones = ConesGl::create(options);
   if (!cones) return cones.error();
   live.cones.emplace(std::move(*cones));
-  const VoxelVolume& volume = live.voxels.volume();
-  if (Status ok = live.all ? live.cones->fill(volume, live.all->sides()) : live.cones->fill(volume); !ok)
-    return ok.error();
+  std::vector<const gl::LitSides*> lit;
+  for (std::size_t level = 0; live.all && level < live.voxels.volumes.size(); ++level)
+    lit.push_back(&live.all->sides(level));
+  if (Status ok = live.cones->fill(live.voxels.volumes, lit); !ok) return ok.error();
   return live;
 }
 

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+// See cone_volume.h.
+#include "runtime/live_gl/cone_volume.h"
+
+#include "runtime/cones/rsm_voxels.h"
+#include "runtime/live_gl/live_objects.h"
+#include "runtime/shared/chunks.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdlib>
+#include <span>
+#include <utility>
+
+namespace relume::gl {
+
+void ConeVolume::forget() {
+  standingVersion_ = movingVersion_ = 0;
+  occupied_.clear();
+  firstOccupied_.clear();
+}
+
+void ConeVolume::follow(const VoxelVolume& volume) {
+  grid_ = volume.grid();
+  sizes_.clear();
+  for (glm::uvec3 size(grid_.voxels()); std::max({size.x, size.y, size.z}) > 1;)
+    sizes_.push_back(size = (size + 1u) / 2u);
+  findVoxels(volume);
+  listVoxels();
+  sideCount_ = volume.sideCount();
+  standingVersion_ = volume.standingVersion();
+  movingVersion_ = volume.movingVersion();
+}
+
+// Which voxels there are.
+void ConeVolume::findVoxels(const VoxelVolume& volume) {
+  constexpr std::uint32_t kCells = 1024;  // of a chunk
+  const VoxelLayer &standing = volume.standing(), &moving = volume.moving();
+  const std::span<const std::uint64_t> bits = volume.bits();
+  cellTexels_.resize(grid_.cellCount());
+  std::uint32_t count = 0;
+  for (std::uint32_t c = 0; c < cellTexels_.size(); ++c) {
+    cellTexels_[c] = {static_cast<std::uint32_t>(bits[c]), static_cast<std::uint32_t>(bits[c] >> 32), count, 0};
+    count += static_cast<std::uint32_t>(std::popcount(bits[c]));
+  }
+  source_.assign(count, ConeSource{kNoSource, 0.5f});
+  sideTexels_.assign(kConeSideTexels * std::size_t{count}, glm::vec4(0.0f));
+  forChunks(volume.parallelFor(), static_cast<std::uint32_t>(cellTexels_.size()), kCells,
+            [&](std::uint32_t begin, std::uint32_t end) {
+              for (std::uint32_t c = begin; c < end; ++c) {
+                std::uint32_t i = cellTexels_[c].z;
+                for (std::uint64_t rest = bits[c]; rest != 0; rest &= rest - 1, ++i) {
+                  const glm::ivec3 v = kBrickSide * grid_.cellAt(c) + voxelOfBit(std::countr_zero(rest));
+                  const bool moves = moving.occupied > 0 && moving.has(grid_, v);
+                  const std::uint32_t number = (moves ? moving : standing).numberOf(grid_, v);
+                  if (number >= (moves ? moving : standing).kept) continue;
+                  const std::uint32_t voxel = moves ? standing.kept + number : number;
+                  const VoxelSide &front = volume.side(2 * voxel), &back = volume.side(2 * voxel + 1);
+                  const float area = front.area + back.area;
+                  source_[i] = {voxel, area > 0.0f ? front.area / area : 0.5f};
+                  glm::vec4* const to = &sideTexels_[kConeSideTexels * std::size_t{i}];
+                  to[0] = glm::vec4(grid_.toGrid(front.positionWorld), source_[i].front);
+                  to[1] = glm::vec4(front.normal, 0.0f);
+                  to[2] = glm::vec4(grid_.toGrid(back.positionWorld), 0.0f);
+                  to[3] = glm::vec4(back.normal, 0.0f);
+                }
+              }
+            });
+}
+
+// Of each level the voxels that hold one of the level below, with those that did before: what they hold is zero then.
+void ConeVolume::listVoxels() {
+  constexpr std::uint8_t kNow = 1, kBefore = 2;
+  const auto countOf = [](const glm::uvec3& size) { return size.x * size.y * size.z; };
+  const std::vector<std::uint32_t> before = std::move(occupied_), firstBefore = std::move(firstOccupied_);
+  std::vector<std::uint8_t> is(countOf(sizes_[0]), 0);
+  for (std::uint32_t c = 0; c < cellTexels_.size(); ++c) {
+    const glm::uvec3 low = 2u * glm::uvec3(grid_.cellAt(c));
+    for (std::uint64_t rest = cellTexels_[c].x | std::uint64_t{cellTexels_[c].y} << 32; rest != 0; rest &= rest - 1) {
+      const glm::uvec3 v = low + glm::uvec3(voxelOfBit(std::countr_zero(rest)) / 2);
+      is[(v.z * sizes_[0].y + v.y) * sizes_[0].x + v.x] = kNow;
+    }
+  }
+  occupied_.clear();
+  firstOccupied_.assign(1, 0);
+  listed_.clear();
+  firstListed_.assign(1, 0);
+  for (std::size_t l = 0; l < sizes_.size(); ++l) {
+    const glm::uvec3 size = sizes_[l], above = (size + 1u) / 2u;
+    for (std::uint32_t i = firstBefore.empty() ? 0 : firstBefore[l]; !firstBefore.empty() && i < firstBefore[l + 1];
+         ++i)
+      is[((before[i] >> 20) * size.y + (before[i] >> 10 & 1023u)) * size.x + (before[i] & 1023u)] |= kBefore;
+    std::vector<std::uint8_t> next(countOf(above), 0);
+    for (std::uint32_t i = 0; i < is.size(); ++i) {
+      if (is[i] == 0) continue;
+      const glm::uvec3 v(i % size.x, i / size.x % size.y, i / (size.x * size.y));
+      const std::uint32_t word = v.x | v.y << 10 | v.z << 20;
+      listed_.push_back(word);
+      if ((is[i] & kNow) == 0) continue;
+      occupied_.push_back(word);
+      next[((v.z / 2) * above.y + v.y / 2) * above.x + v.x / 2] = kNow;
+    }
+    firstOccupied_.push_back(static_cast<std::uint32_t>(occupied_.size()));
+    firstListed_.push_back(static_cast<std::uint32_t>(listed_.size()));
+    is = std::move(next);
+  }
+}
+
+std::vector<glm::vec4> ConeVolume::radianceTexels(const VoxelVolume& volume,
+                                                  RadianceMips::Directions directions) const {
+  std::vector<glm::vec4> texels;
+  texels.reserve(2 * source_.size());
+  for (const ConeSource& source : source_) {
+    VoxelRadiance r;
+    if (source.voxel != kNoSource) r = volume.radiance()[source.voxel];
+    if (directions == RadianceMips::Directions::one) r.front = r.back = glm::mix(r.back, r.front, source.front);
+    const int longest = std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2])});
+    const float depth = source.voxel == kNoSource ? kSolidDepth : depthOfWall(longest);
+    const float axis =
+        source.voxel == kNoSource ? 0.0f : static_cast<float>(packAxis({r.axis[0], r.axis[1], r.axis[2]}));
+    texels.emplace_back(r.front, axis);
+    texels.emplace_back(r.back, depth);
+  }
+  return texels;
+}
+
+std::vector<RelumeRsmVoxel> ConeVolume::rsmVoxels(const VoxelVolume& volume) const {
+  const RsmTargets targets = findRsmTargets(volume);
+  std::vector<RelumeRsmVoxel> voxels(source_.size());
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    const std::uint32_t from = source_[i].voxel;
+    RelumeRsmVoxel& to = voxels[i];
+    to = {0, kRelumeNone, kRelumeNone, source_[i].front, glm::vec4(0.0f), glm::vec4(0.0f)};
+    if (from == kNoSource) continue;
+    const auto& axis = volume.radiance()[from].axis;
+    to.axis = packAxis({axis[0], axis[1], axis[2]});
+    to.front = targets.side[2 * std::size_t{from}];
+    to.back = targets.side[2 * std::size_t{from} + 1];
+    to.frontLight = glm::vec4(volume.side(2 * from).emission, targets.perFlux[2 * std::size_t{from}]);
+    to.backLight = glm::vec4(volume.side(2 * from + 1).emission, targets.perFlux[2 * std::size_t{from} + 1]);
+  }
+  return voxels;
+}
+
+}  // namespace relume::gl
