@@ -94,6 +94,7 @@ class ViewerSession : public testing::Test {
   void start(const std::string& bakeFile) {
     auto state = initialState(scene(), options_);
     ASSERT_TRUE(state) << state.error().message;
+    state->coarse = false;  // whatever else the machine does
     session_.emplace(std::move(*state), options_, EglContext::getProcAddress);
     LevelFiles files{kLevel, bakeFile, {}};
     if (bakeFile.empty() && options_.draft) files.bakeBy = presetOptions(Preset::draft);

@@ -79,9 +79,7 @@ void memoryTable(const Viewer& viewer) {
   ImGui::Text("%-22s %7.0f", "sum", static_cast<double>(total) / 1024.0);
 }
 
-}  // namespace
-
-void drawCosts(Session& session) {
+void drawTables(const Session& session) {
   if (session.times.count() > 0) {
     plot(session.times);
     timeTable(session.times);
@@ -105,6 +103,13 @@ void drawCosts(Session& session) {
   ImGui::Text("%u caches, %u links", bake.caches.count(), bake.links.count());
   ImGui::Text("%s, %s", session.viewer->bands().c_str(),
               session.viewer->relighter().backend() == BackendKind::cpu ? "CPU" : "OpenGL");
+}
+
+}  // namespace
+
+void drawCosts(Session& session) {
+  drawTables(session);
+  ImGui::Checkbox("fewer pixels while moving", &session.state.coarse);
 }
 
 }  // namespace relume

@@ -15,6 +15,8 @@ struct FlyCamera {
   float pitchRad = 0.0f;     // positive looks up
   float yfovRad = 1.0f;
 
+  bool operator==(const FlyCamera& other) const = default;
+
   static FlyCamera from(const Camera& camera);
   glm::vec3 forward() const;
   // Move along its own axes: x right, y up, z forward [m].

@@ -373,11 +373,24 @@ void Session::endControls(bool isHeld) {
   messages.check(chosen, now_);
 }
 
+// What is looked into, or kept, is drawn whole.
+void Session::drawView(GLuint framebuffer, std::uint32_t width, std::uint32_t height) {
+  const bool isWanted = coarse.isWanted(state) && !pick_ && !capture_.isFilming() && !screenshotWanted_;
+  const auto target = isWanted ? coarse.begin(width, height) : std::nullopt;
+  if (target) {
+    messages.check(viewer->draw(state, target->framebuffer, target->width, target->height, true), now_);
+    coarse.end(framebuffer, width, height);
+  } else {
+    messages.check(viewer->draw(state, framebuffer, width, height, true), now_);
+  }
+  if (!viewer->times().empty()) coarse.tell(viewer->times().back().second, target.has_value());
+}
+
 void Session::draw(GLuint framebuffer, std::uint32_t width, std::uint32_t height) {
   if (viewer) {
     relightAsChosen();
     recordsAsChosen();
-    messages.check(viewer->draw(state, framebuffer, width, height, true), now_);
+    drawView(framebuffer, width, height);
     if (pick_) {
       const glm::vec2 scale = glm::vec2(width, height) / pixels_.size;
       if (const auto point = viewer->surfaceAt(state, scale * *pick_, width, height)) {

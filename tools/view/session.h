@@ -4,6 +4,7 @@
 #pragma once
 
 #include "tools/view/capture.h"
+#include "tools/view/coarse_frames.h"
 #include "tools/view/file_watch.h"
 #include "tools/view/gizmo.h"
 #include "tools/view/level_job.h"
@@ -102,7 +103,8 @@ class Session {
   ObjectEditor objects;  // of a level without a bake
   ViewEdits edits;       // of all that the state has
   Messages messages;
-  TimeHistory times;                  // of the last frames' passes
+  TimeHistory times;  // of the last frames' passes
+  CoarseFrames coarse;
   std::vector<std::string> warnings;  // about levels, for the terminal: too many for the window
   std::string lightsFile;             // that lights are saved to and loaded from
   std::vector<PixelBox> covered;      // by the panel, in the last frame
@@ -118,6 +120,7 @@ class Session {
   LevelFiles filesOf(const std::string& scene, const std::string& bake) const;
   void relightAsChosen();
   void recordsAsChosen();
+  void drawView(GLuint framebuffer, std::uint32_t width, std::uint32_t height);
   void finishJob();
   void finishReference();
   void watchBake();

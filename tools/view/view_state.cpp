@@ -136,6 +136,14 @@ std::vector<glm::mat4> movesOf(const ViewState& state) {
   return moved;
 }
 
+std::vector<Light> activeLights(const ViewState& state) {
+  std::vector<Light> lights;
+  for (const ViewedLight& viewed : state.lights) {
+    if (viewed.on) lights.push_back(viewed.light);
+  }
+  return lights;
+}
+
 void animate(ViewState& state, double seconds) {
   for (ViewedLight& viewed : state.lights) {
     if (!viewed.orbits) continue;

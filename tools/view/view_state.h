@@ -113,6 +113,7 @@ struct ViewState {
   double liveStep = 0.0;
   std::vector<ViewedObject> objects;
   bool movingParts = true;  // with a bake: objects shadow and reflect light over links
+  bool coarse = true;       // frames have fewer pixels while what is seen moves, where whole ones take long
   bool panel = true;        // whether the panel is shown
   bool handles = true;      // and the lights' icons and gizmos
 };
@@ -129,6 +130,9 @@ std::vector<ViewedObject> objectsOf(const Scene& scene, Movable movable);
 
 // How far each has been moved, as GlLevel::drawDynamic() wants it.
 std::vector<glm::mat4> movesOf(const ViewState& state);
+
+// The lights that are on.
+std::vector<Light> activeLights(const ViewState& state);
 
 // Move the lights that orbit to where they are at `seconds`.
 void animate(ViewState& state, double seconds);

@@ -37,14 +37,6 @@ Result<Relighter> makeRelighter(const Bake& bake, RelightOptions options, const 
   return relighter;
 }
 
-std::vector<Light> activeLights(const ViewState& state) {
-  std::vector<Light> lights;
-  for (const ViewedLight& viewed : state.lights) {
-    if (viewed.on) lights.push_back(viewed.light);
-  }
-  return lights;
-}
-
 }  // namespace
 
 Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSize, const ViewState& state,

@@ -293,6 +293,7 @@ Status runWindow(Scene scene, LevelPtr level, const ViewerOptions& options) {
   // Where a processor draws, objects that shadow light over links take several frames' time: when they are asked for.
   state->movingParts = faster == BackendKind::gl;
   Session session(std::move(*state), chosen, glfwGetProcAddress);
+  if (faster == BackendKind::cpu) session.coarse.expectSlow();
   if (level) {
     if (Status ok = session.show(std::move(level)); !ok) return ok;
     std::printf("bands %s\n", session.viewer->bands().c_str());
