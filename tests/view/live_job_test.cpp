@@ -70,39 +70,42 @@ TEST_F(LiveJobs, voxelsComeWhereTheyAreWantedAndRadianceWithEachFrame) {
     return found ? std::move(*found) : LitFrame{};
   };
   const LitFrame none = both(lit(1.0f), false);
-  EXPECT_FALSE(none.volume);
-  EXPECT_TRUE(none.radiance.empty());
+  EXPECT_TRUE(none.volumes.empty());
   EXPECT_FALSE(none.texels.light.empty());
 
   const LitFrame first = both(lit(1.0f), true);
-  ASSERT_TRUE(first.volume);
-  EXPECT_TRUE(isSame(first.volume->radiance(), own->volume().radiance()));
-  EXPECT_TRUE(isSame(first.radiance, own->volume().radiance()));
+  ASSERT_EQ(first.volumes.size(), 1u);
+  ASSERT_TRUE(first.volumes[0].copy);
+  EXPECT_TRUE(isSame(first.volumes[0].copy->radiance(), own->volume().radiance()));
+  EXPECT_TRUE(isSame(first.volumes[0].radiance, own->volume().radiance()));
   // Other light, the same voxels
   const LitFrame brighter = both(lit(3.0f), true);
-  EXPECT_FALSE(brighter.volume);
-  EXPECT_TRUE(isSame(brighter.radiance, own->volume().radiance()));
-  EXPECT_FALSE(isSame(brighter.radiance, first.radiance));
+  ASSERT_EQ(brighter.volumes.size(), 1u);
+  EXPECT_FALSE(brighter.volumes[0].copy);
+  EXPECT_TRUE(isSame(brighter.volumes[0].radiance, own->volume().radiance()));
+  EXPECT_FALSE(isSame(brighter.volumes[0].radiance, first.volumes[0].radiance));
   // Other voxels
   const LitFrame moved = both(lifted(0.7f), true);
-  ASSERT_TRUE(moved.volume);
-  EXPECT_FALSE(std::ranges::equal(moved.volume->bits(), first.volume->bits()));
-  EXPECT_TRUE(isSame(moved.radiance, own->volume().radiance()));
+  ASSERT_EQ(moved.volumes.size(), 1u);
+  ASSERT_TRUE(moved.volumes[0].copy);
+  EXPECT_FALSE(std::ranges::equal(moved.volumes[0].copy->bits(), first.volumes[0].copy->bits()));
+  EXPECT_TRUE(isSame(moved.volumes[0].radiance, own->volume().radiance()));
 
-  EXPECT_TRUE(both(lifted(0.7f), false).radiance.empty());
-  EXPECT_TRUE(both(lifted(0.7f), true).volume) << "who no longer wanted them has kept none";
+  EXPECT_TRUE(both(lifted(0.7f), false).volumes.empty());
+  EXPECT_TRUE(both(lifted(0.7f), true).hasCopies()) << "who no longer wanted them has kept none";
 }
 
 TEST_F(LiveJobs, voxelsThatNobodyHasTakenAreNotLost) {
   LiveJob job(level_, kOptions);
   job.follow(lit(1.0f), true);
-  EXPECT_TRUE(next(job).volume);
+  EXPECT_TRUE(next(job).hasCopies());
   // Many frames of the same voxels, in place of the one that had them
   job.follow(lifted(0.7f), true);
   wait(200);
   const LitFrame moved = next(job);
-  ASSERT_TRUE(moved.volume);
-  EXPECT_EQ(moved.radiance.size(), moved.volume->radiance().size());
+  ASSERT_EQ(moved.volumes.size(), 1u);
+  ASSERT_TRUE(moved.volumes[0].copy);
+  EXPECT_EQ(moved.volumes[0].radiance.size(), moved.volumes[0].copy->radiance().size());
   // What is refused, in place of it
   job.follow(lifted(0.9f), true);
   wait(200);
@@ -111,7 +114,7 @@ TEST_F(LiveJobs, voxelsThatNobodyHasTakenAreNotLost) {
   for (std::optional<Result<LitFrame>> found = job.take(kPatience); found && *found; found = job.take(kPatience)) {
   }
   job.follow(lifted(0.9f), true);
-  EXPECT_TRUE(next(job).volume);
+  EXPECT_TRUE(next(job).hasCopies());
 }
 
 // Where OpenGL lights several volumes, those that have changed alone, and none that nobody has taken is lost.
@@ -128,21 +131,21 @@ TEST_F(LiveJobs, volumesThatFollowTheEyeComeOneByOne) {
   };
   follow(eye);
   const LitFrame first = next(job);
-  ASSERT_EQ(first.inner.size(), 2u);
-  ASSERT_TRUE(first.volume && first.inner[0] && first.inner[1]);
+  ASSERT_EQ(first.volumes.size(), 3u);
+  for (const FoundVolume& each : first.volumes) ASSERT_TRUE(each.copy);
   // The innermost moves most often, the outermost not at all.
-  const float step = 0.4f * first.inner[1]->grid().cell();
-  std::array<glm::ivec3, 2> shift{first.inner[0]->grid().shift, first.inner[1]->grid().shift};
+  const float step = 0.4f * first.volumes[2].copy->grid().cell();
+  std::array<glm::ivec3, 2> shift{first.volumes[1].copy->grid().shift, first.volumes[2].copy->grid().shift};
   std::array<int, 2> moved{0, 0};
   for (int i = 1; i <= 8; ++i) {
     follow(eye + glm::vec3(step * static_cast<float>(i), 0.0f, 0.0f));
     const LitFrame found = next(job);
-    EXPECT_FALSE(found.volume);
-    ASSERT_EQ(found.inner.size(), 2u);
+    ASSERT_EQ(found.volumes.size(), 3u);
+    EXPECT_FALSE(found.volumes[0].copy);
     for (std::size_t l = 0; l < 2; ++l) {
-      if (!found.inner[l]) continue;
-      EXPECT_NE(found.inner[l]->grid().shift, shift[l]);
-      shift[l] = found.inner[l]->grid().shift;
+      if (!found.volumes[l + 1].copy) continue;
+      EXPECT_NE(found.volumes[l + 1].copy->grid().shift, shift[l]);
+      shift[l] = found.volumes[l + 1].copy->grid().shift;
       ++moved[l];
     }
   }
@@ -154,8 +157,9 @@ TEST_F(LiveJobs, volumesThatFollowTheEyeComeOneByOne) {
   follow(eye - glm::vec3(1.5f - 2.0f * step, 0.0f, 0.0f));
   wait(200);
   const LitFrame both = next(job);
-  EXPECT_FALSE(both.volume);
-  EXPECT_TRUE(both.inner[0] && both.inner[1]);
+  ASSERT_EQ(both.volumes.size(), 3u);
+  EXPECT_FALSE(both.volumes[0].copy);
+  EXPECT_TRUE(both.volumes[1].copy && both.volumes[2].copy);
 }
 
 TEST_F(LiveJobs, voxelsComeToLightThatHasSettled) {
@@ -165,7 +169,7 @@ TEST_F(LiveJobs, voxelsComeToLightThatHasSettled) {
   EXPECT_FALSE(job.take(0.1)) << "it sleeps";
   job.follow(lit(1.0f), true);
   const LitFrame found = next(job);
-  EXPECT_TRUE(found.volume);
+  EXPECT_TRUE(found.hasCopies());
   EXPECT_TRUE(found.isSettled);
   EXPECT_FALSE(job.take(0.1));
 }
@@ -186,19 +190,21 @@ TEST_F(LiveJobs, whatIsTakenIsTheTakersAlone) {
     ASSERT_TRUE(*found) << found->error().message;
     ++frames;
     LitFrame& frame = **found;
-    EXPECT_TRUE(wantsVoxels || (!frame.volume && frame.radiance.empty()));
-    if (frame.volume) {
-      volume = std::move(frame.volume);
+    EXPECT_TRUE(wantsVoxels || frame.volumes.empty());
+    if (frame.volumes.empty()) continue;
+    FoundVolume& only = frame.volumes.front();
+    if (only.copy) {
+      volume = std::move(only.copy);
       volume->useParallelFor({});
       ++volumes;
     }
-    if (!volume || frame.radiance.empty()) continue;
-    ASSERT_EQ(frame.radiance.size(), volume->radiance().size());
-    for (std::uint32_t v = 0; v < frame.radiance.size(); ++v) {
-      volume->setRadiance(2 * v, frame.radiance[v].front);
-      volume->setRadiance(2 * v + 1, frame.radiance[v].back);
+    if (!volume || only.radiance.empty()) continue;
+    ASSERT_EQ(only.radiance.size(), volume->radiance().size());
+    for (std::uint32_t v = 0; v < only.radiance.size(); ++v) {
+      volume->setRadiance(2 * v, only.radiance[v].front);
+      volume->setRadiance(2 * v + 1, only.radiance[v].back);
     }
-    EXPECT_TRUE(isSame(volume->radiance(), frame.radiance)) << "axes are of other voxels";
+    EXPECT_TRUE(isSame(volume->radiance(), only.radiance)) << "axes are of other voxels";
   }
   EXPECT_GT(volumes, 1);
 }

@@ -101,7 +101,7 @@ TEST_P(ConesByBackend, goWithTheirSwitch) {
     settled(2);
     EXPECT_FALSE(hasCones());
     EXPECT_LT(differenceFrom(caches), 0.02);
-    EXPECT_EQ(GetParam() == BackendKind::gl, session_->viewer->live()->volume() != nullptr) << "voxels nobody wants";
+    EXPECT_EQ(GetParam() == BackendKind::gl, !session_->viewer->live()->volumes().empty()) << "voxels nobody wants";
   }
 }
 
@@ -157,6 +157,31 @@ TEST_P(ConesByBackend, comeToLightThatRests) {
   ASSERT_TRUE(frames([&] { return hasCones(); }));
   EXPECT_FALSE(session_->isMoving());
   EXPECT_LT(differenceFrom(moving), 0.01) << "of the lamps that the frozen light is of";
+}
+
+// Several volumes in one another: cones see the inner ones too, whoever lights them, and as the eye goes on.
+TEST_F(ConeSession, goThroughVolumesInOneAnother) {
+  options_.view = "occlusion";
+  options_.live.cells = 12;
+  show(24);
+  const std::vector<float> one = pixels_;
+  session_->state.live.cascades = 2;
+  session_->endControls(false);
+  settled(40);
+  EXPECT_TRUE(hasCones());
+  const std::vector<float> nested = pixels_;
+  EXPECT_GT(differenceFrom(one), 0.03);
+  light(BackendKind::gl);
+  settled(40);
+  EXPECT_TRUE(hasCones());
+  EXPECT_LT(differenceFrom(nested), 0.01);
+  // There and back
+  const glm::vec3 eye = session_->state.camera.position;
+  session_->state.camera.position += glm::vec3(0.7f, 0.0f, 0.0f);
+  settled(2);
+  session_->state.camera.position = eye;
+  settled(40);
+  EXPECT_LT(differenceFrom(nested), 0.01);
 }
 
 // Shadows by rays and by the window's maps: the same light but for what maps miss.

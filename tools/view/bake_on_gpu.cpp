@@ -62,8 +62,8 @@ Status BakeOnGpu::update(const BakeFrame& frame, std::span<const glm::mat4> move
   }
   if (found) isComing_ = false;
   if (found && !*found) return found->error();
-  if (found && (*found)->volume) {
-    if (Status ok = take(std::move((*found)->volume)); !ok) return ok;
+  if (found && (*found)->hasCopies()) {
+    if (Status ok = take(std::move((*found)->volumes.front().copy)); !ok) return ok;
   }
   if (!volume_) return done();
   shadows.setUniforms(voxels_.directProgram());

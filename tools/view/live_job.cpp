@@ -7,7 +7,6 @@
 #include <chrono>
 #include <exception>
 #include <new>
-#include <span>
 
 namespace relume {
 namespace {
@@ -15,17 +14,15 @@ namespace {
 // hasVoxels: they are handed over; isNew: of which volumes others than those that were handed over.
 LitFrame frameOf(const LiveLevel& level, bool hasLight, bool hasVoxels, const std::vector<bool>& isNew,
                  std::uint64_t number) {
-  const std::span<const VoxelRadiance> radiance = level.volume().radiance();
-  const auto copyOf = [&](std::size_t l) {
-    return hasVoxels && isNew[l] ? std::make_unique<VoxelVolume>(level.volumes()[l]) : nullptr;
-  };
-  std::vector<std::unique_ptr<VoxelVolume>> inner;
-  for (std::size_t l = 1; hasVoxels && l < isNew.size(); ++l) inner.push_back(copyOf(l));
+  std::vector<FoundVolume> volumes;
+  for (std::size_t l = 0; hasVoxels && l < isNew.size(); ++l) {
+    const VoxelVolume& volume = level.volumes()[l];
+    FoundVolume& found = volumes.emplace_back();
+    if (isNew[l]) found.copy = std::make_unique<VoxelVolume>(volume);
+    if (hasLight) found.radiance.assign(volume.radiance().begin(), volume.radiance().end());
+  }
   return {hasLight ? texelsOf(level.light()) : LiveTexels{},
-          copyOf(0),
-          hasLight && hasVoxels ? std::vector<VoxelRadiance>(radiance.begin(), radiance.end())
-                                : std::vector<VoxelRadiance>(),
-          std::move(inner),
+          std::move(volumes),
           number,
           level.volumes().stats().occupied,
           level.light().activeCells(),
@@ -35,6 +32,22 @@ LitFrame frameOf(const LiveLevel& level, bool hasLight, bool hasVoxels, const st
 }
 
 }  // namespace
+
+bool takeCopies(LitFrame& found, std::vector<VoxelVolume>& volumes, const ParallelFor& parallelFor) {
+  bool any = false;
+  for (std::size_t l = 0; l < found.volumes.size(); ++l) {
+    const std::unique_ptr<VoxelVolume> copy = std::move(found.volumes[l].copy);
+    if (!copy) continue;
+    any = true;
+    copy->useParallelFor(parallelFor);
+    if (l < volumes.size()) {
+      volumes[l] = std::move(*copy);
+    } else {
+      volumes.push_back(std::move(*copy));
+    }
+  }
+  return any;
+}
 
 LiveJob::LiveJob(const Scene& scene, const LiveLevelOptions& options, const std::optional<glm::vec3>& eyeWorld)
     : thread_([this, &scene, options, eyeWorld] { run(scene, options, eyeWorld); }) {}
@@ -53,9 +66,7 @@ LiveJob::~LiveJob() {
 void LiveJob::dropVoxels() {
   handedOver_.clear();
   if (!result_ || !*result_) return;
-  (*result_)->volume.reset();
-  (*result_)->inner.clear();
-  (*result_)->radiance.clear();
+  (*result_)->volumes.clear();
 }
 
 // Whether that asks for another frame.
@@ -134,10 +145,9 @@ void LiveJob::frames(LiveLevel& level, bool hasLight) {
     const double begin = clockSeconds();
     const Status status = level.update(now, step.value_or(begin - last));
     last = begin;
-    // Who lights on the GPU takes all volumes, cones the outermost.
     Versions versions;
     std::vector<bool> isNew;
-    for (std::size_t l = 0; l < (hasLight ? 1 : level.volumes().size()); ++l) {
+    for (std::size_t l = 0; l < level.volumes().size(); ++l) {
       versions.emplace_back(level.volumes()[l].standingVersion(), level.volumes()[l].movingVersion());
       isNew.push_back(l >= before.size() || versions[l] != before[l]);
     }
@@ -159,9 +169,8 @@ void LiveJob::handOver(Result<LitFrame> found, const Versions& versions) {
     if (waits.hasCopies()) handedOver_.clear();
   } else {
     if (found->hasCopies()) handedOver_ = versions;
-    if (!found->volume) found->volume = std::move(waits.volume);
-    for (std::size_t l = 0; l < waits.inner.size() && l < found->inner.size(); ++l) {
-      if (!found->inner[l]) found->inner[l] = std::move(waits.inner[l]);
+    for (std::size_t l = 0; l < waits.volumes.size() && l < found->volumes.size(); ++l) {
+      if (!found->volumes[l].copy) found->volumes[l].copy = std::move(waits.volumes[l].copy);
     }
   }
   result_.emplace(std::move(found));

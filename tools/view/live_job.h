@@ -20,17 +20,19 @@
 
 namespace relume {
 
+// Voxels of a volume: a copy, if they are others than those that were handed over last, and where the CPU lights them
+// what they send out, in the order of VoxelVolume::radiance().
+struct FoundVolume {
+  std::unique_ptr<VoxelVolume> copy;
+  std::vector<VoxelRadiance> radiance;
+};
+
 // What a frame has found, and what it cost.
 struct LitFrame {
   LiveTexels texels;
-  // Of the voxels, where they are wanted: a copy, if they are others than those that were handed over last, and where
-  // the CPU lights them what they send out, in the order of VoxelVolume::radiance().
-  std::unique_ptr<VoxelVolume> volume;
-  std::vector<VoxelRadiance> radiance;
-  // The same of the volumes that lie in it, where OpenGL lights several. [Size 0 or the others]
-  std::vector<std::unique_ptr<VoxelVolume>> inner;
+  std::vector<FoundVolume> volumes;  // from the outermost on [Size 0 where none are wanted, or all]
   bool hasCopies() const {
-    return volume || std::ranges::any_of(inner, [](const auto& each) { return each != nullptr; });
+    return std::ranges::any_of(volumes, [](const FoundVolume& each) { return each.copy != nullptr; });
   }
   std::uint64_t number = 0;  // counted from 1
   std::uint32_t voxels = 0, caches = 0;
@@ -38,6 +40,9 @@ struct LitFrame {
   std::vector<PassTime> times;
   std::vector<std::pair<std::string, std::size_t>> bytes;
 };
+
+// Take a frame's copies into the volumes that were taken before; whether there were any. They run by parallelFor.
+bool takeCopies(LitFrame& found, std::vector<VoxelVolume>& volumes, const ParallelFor& parallelFor);
 
 class LiveJob {
  public:
@@ -62,7 +67,7 @@ class LiveJob {
   Result<LitFrame> wait();
 
  private:
-  // Of each volume that is handed over, from the outermost on: what stands, what moves.
+  // Of each volume, from the outermost on: what stands, what moves.
   using Versions = std::vector<std::pair<std::uint64_t, std::uint64_t>>;
 
   void run(const Scene& scene, const LiveLevelOptions& options, const std::optional<glm::vec3>& eyeWorld);

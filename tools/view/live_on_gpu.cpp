@@ -17,19 +17,8 @@ Result<LiveOnGpu> LiveOnGpu::create(const LiveLevelOptions& options, const GetPr
 }
 
 void LiveOnGpu::take(LitFrame& found) {
-  const auto takeOne = [&](std::size_t level, std::unique_ptr<VoxelVolume> volume) {
-    if (!volume) return;
-    // The threads of the job that has found it go on with the next.
-    volume->useParallelFor(threads_->parallelFor());
-    if (level < volumes_.size()) {
-      volumes_[level] = std::move(*volume);
-    } else {
-      volumes_.push_back(std::move(*volume));
-    }
-    isNew_ = true;
-  };
-  takeOne(0, std::move(found.volume));
-  for (std::size_t l = 0; l < found.inner.size(); ++l) takeOne(l + 1, std::move(found.inner[l]));
+  // The threads of the job that has found them go on with the next.
+  if (takeCopies(found, volumes_, threads_->parallelFor())) isNew_ = true;
 }
 
 Result<bool> LiveOnGpu::update(const LiveScene& scene, double seconds, const ShadowMaps& shadows) {

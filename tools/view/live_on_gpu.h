@@ -13,6 +13,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,14 +27,13 @@ class LiveOnGpu {
 
   // Voxels that are lit from now on: those of a frame that are new.
   void take(LitFrame& found);
-  bool hasVoxels() const { return !volumes_.empty(); }
   // A frame, `seconds` after the one before; none where light has settled, and false then. Changes program, buffer and
   // texture bindings that the viewer sets before each draw. Errors of LiveCachesGl.
   Result<bool> update(const LiveScene& scene, double seconds, const ShadowMaps& shadows);
   bool isSettled() const { return pace_.isSettled(); }
 
   const LiveCachesGl& caches() const { return caches_; }
-  const VoxelVolume& volume() const { return volumes_.front(); }  // the outermost [hasVoxels()]
+  std::span<const VoxelVolume> volumes() const { return volumes_; }  // from the outermost on
   // Of the last frame that the GPU has finished.
   std::vector<PassTime> passTimes() const { return caches_.passTimes(); }
 

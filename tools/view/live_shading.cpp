@@ -64,15 +64,16 @@ LiveScene LiveShading::sceneOf(const ViewState& state, const std::vector<Light>&
 
 // Voxels that the CPU lights, as they are now. The threads of the job go on with its own.
 void LiveShading::takeVoxels(LitFrame& found) {
-  if (found.volume) {
-    volume_ = std::move(found.volume);
-    volume_->useParallelFor({});
-  }
-  const std::vector<VoxelRadiance> radiance = std::exchange(found.radiance, {});
-  if (!volume_ || radiance.size() != volume_->radiance().size()) return;
-  for (std::uint32_t v = 0; v < radiance.size(); ++v) {
-    volume_->setRadiance(2 * v, radiance[v].front);
-    volume_->setRadiance(2 * v + 1, radiance[v].back);
+  takeCopies(found, volumes_, {});
+  const std::vector<FoundVolume> light = std::exchange(found.volumes, {});
+  if (light.empty() || light.size() != volumes_.size()) return;
+  for (std::size_t l = 0; l < light.size(); ++l) {
+    const std::vector<VoxelRadiance>& radiance = light[l].radiance;
+    if (radiance.size() != volumes_[l].radiance().size()) return;
+    for (std::uint32_t v = 0; v < radiance.size(); ++v) {
+      volumes_[l].setRadiance(2 * v, radiance[v].front);
+      volumes_[l].setRadiance(2 * v + 1, radiance[v].back);
+    }
   }
   ++lit_;
 }
@@ -82,7 +83,7 @@ Status LiveShading::show(LitFrame found) {
   const LiveTexels texels = std::exchange(found.texels, {});
   if (options_.backend == BackendKind::gl) {
     if (!found.hasCopies()) return done();
-    volume_.reset();
+    volumes_.clear();
     if (next_) {
       shown_.reset();
       shown_.emplace(std::move(*next_));
@@ -122,7 +123,7 @@ Status LiveShading::update(const ViewState& state, const std::vector<Light>& lig
   const bool isFrozen = !state.relight && last_.number > 0;
   if (isFrozen && !(hasCones && awaitsVoxels())) return done();
   const bool wantsVoxels = hasCones || options_.backend == BackendKind::gl;
-  if (!wantsVoxels) volume_.reset();
+  if (!wantsVoxels) volumes_.clear();
   std::optional<Result<LitFrame>> found;
   const LiveScene scene = isFrozen && followed_ ? *followed_ : sceneOf(state, lights);
   followed_ = scene;
@@ -142,9 +143,12 @@ Status LiveShading::update(const ViewState& state, const std::vector<Light>& lig
   return lightOnGpu(scene, state.liveStep, shadows);
 }
 
-const VoxelVolume* LiveShading::volume() const {
-  if (shown_) return shown_->hasVoxels() ? &shown_->volume() : nullptr;
-  return volume_.get();
+std::span<const VoxelVolume> LiveShading::volumes() const { return shown_ ? shown_->volumes() : volumes_; }
+
+std::vector<const gl::LitSides*> LiveShading::sides() const {
+  std::vector<const gl::LitSides*> all;
+  for (std::size_t l = 0; shown_ && l < shown_->volumes().size(); ++l) all.push_back(&shown_->caches().sides(l));
+  return all;
 }
 
 void LiveShading::bind(GLuint program) const {
@@ -173,9 +177,15 @@ std::vector<std::pair<std::string, std::size_t>> LiveShading::bufferSizes() cons
   if (shown_) {
     for (auto& [name, bytes] : shown_->caches().bufferSizes()) sizes.emplace_back("OpenGL: " + name, bytes);
   }
-  if (volume_) {
-    for (auto& [name, bytes] : volume_->bufferSizes()) {
-      if (name != "voxel geometry") sizes.emplace_back("for cones: " + name, bytes);  // which copies share
+  for (std::size_t l = 0; l < volumes_.size(); ++l) {
+    for (auto& [name, bytes] : volumes_[l].bufferSizes()) {
+      if (name == "voxel geometry") continue;  // which copies share
+      const auto same = std::ranges::find(sizes, "for cones: " + name, [](const auto& each) { return each.first; });
+      if (same != sizes.end()) {
+        same->second += bytes;
+      } else {
+        sizes.emplace_back("for cones: " + name, bytes);
+      }
     }
   }
   return sizes;

@@ -37,14 +37,15 @@ class LiveShading {
   // Bind what a program of makeLiveProgram() reads.
   void bind(GLuint program) const;
   const GetProcAddress& getProcAddress() const { return getProcAddress_; }
-  // The voxels, for cones, null where there are none yet; and their sides where OpenGL lights them, null where the CPU
-  // does and the volume has their radiance. None of the job's threads reads or writes either.
-  const VoxelVolume* volume() const;
-  const gl::LitSides* sides() const { return shown_ ? &shown_->caches().sides() : nullptr; }
+  // The voxels, for cones, from the outermost volume on, empty where there are none yet; and the sides of each where
+  // OpenGL lights them, none where the CPU does and the volumes have their radiance. None of the job's threads reads or
+  // writes either.
+  std::span<const VoxelVolume> volumes() const;
+  std::vector<const gl::LitSides*> sides() const;
   std::uint64_t lit() const { return lit_; }  // changes with their light, counted from 1
   // Whether the CPU lights, and its next frame brings the voxels that cones want.
   bool awaitsVoxels() const {
-    return options_.backend == BackendKind::cpu && last_.number > 0 && !isRefused_ && !volume();
+    return options_.backend == BackendKind::cpu && last_.number > 0 && !isRefused_ && volumes().empty();
   }
   // The last frame's numbers, without texels; number 0 = none yet.
   const LitFrame& last() const { return last_; }
@@ -68,8 +69,8 @@ class LiveShading {
   float longestSide_ = 0.0f;               // [m] of the level
   std::optional<LiveOnGpu> shown_, next_;  // in place of the field; next_: has no voxels yet
   LiveLevelOptions options_;
-  std::unique_ptr<VoxelVolume> volume_;  // that the CPU lights, as of the last frame; null = no cones want it
-  std::optional<LiveScene> followed_;    // that the light is of
+  std::vector<VoxelVolume> volumes_;   // that the CPU lights, as of the last frame; empty = no cones want them
+  std::optional<LiveScene> followed_;  // that the light is of
   std::uint64_t lit_ = 0;
   bool isRefused_ = false;  // the last that was followed
   std::unique_ptr<LiveJob> job_;

@@ -60,10 +60,10 @@ Result<GLuint> ViewCones::program(bool gloss) {
   return programs_[which].name();
 }
 
-Status ViewCones::update(const ViewState& state, const VoxelVolume& volume, const gl::LitSides* lit,
+Status ViewCones::update(const ViewState& state, VolumeRange volumes, std::span<const gl::LitSides* const> lit,
                          const ConeView& view) {
   if (lit_ != view.lit) {
-    if (Status ok = lit ? cones_.fill(volume, *lit) : cones_.fill(volume); !ok) return ok;
+    if (Status ok = cones_.fill(volumes, lit); !ok) return ok;
     lit_ = view.lit;
   }
   // 1. What the view sees

@@ -18,6 +18,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -38,9 +39,10 @@ class ViewCones {
   static Result<std::unique_ptr<ViewCones>> create(bool occlusion, const GetProcAddress& getProcAddress);
   bool isOfOcclusion() const { return occlusion_; }
 
-  // A frame. lit: sides of the volume; null = the volume has their radiance. Changes framebuffer, viewport, program and
-  // textures. Errors of ConesGl.
-  Status update(const ViewState& state, const VoxelVolume& volume, const gl::LitSides* lit, const ConeView& view);
+  // A frame. volumes, lit: as ConesGl::fill() has them. Changes framebuffer, viewport, program and textures. Errors of
+  // ConesGl.
+  Status update(const ViewState& state, VolumeRange volumes, std::span<const gl::LitSides* const> lit,
+                const ConeView& view);
 
   // What a shader reads, after `const bool viewCones`:
   //   vec3 coneGlossy()   mirrored radiance [W/m²/sr] at this fragment, by the lobe of update()'s state

@@ -203,8 +203,9 @@ Status Viewer::followCones(const ViewState& state, const std::vector<glm::mat4>&
     level_.drawDynamic(clip, moved, gloss);
   };
   const ConeView view{width, height, clip, live_ ? live_->lit() : voxels_->number(), drawn};
-  if (!live_) return cones_->update(state, voxels_->volume(), &voxels_->sides(), view);
-  return cones_->update(state, *live_->volume(), live_->sides(), view);
+  if (live_) return cones_->update(state, live_->volumes(), live_->sides(), view);
+  const gl::LitSides* const sides = &voxels_->sides();
+  return cones_->update(state, voxels_->volume(), {&sides, 1}, view);
 }
 
 // What the level's materials are drawn to emit.
@@ -259,7 +260,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
     const Status found = lightVoxels(state, lights, moved);
     if (lit) lit = found;
   }
-  bool hasCones = wantsCones && (live_ ? live_->volume() != nullptr : voxels_ && voxels_->isLit());
+  bool hasCones = wantsCones && (live_ ? !live_->volumes().empty() : voxels_ && voxels_->isLit());
   if (hasCones) {
     const Status followed = followCones(state, moved, clip, width, height);
     hasCones = static_cast<bool>(followed);
