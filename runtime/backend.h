@@ -21,8 +21,9 @@
 
 namespace relume {
 
-// Whether this build has LightSetup::movingParts: pages cannot ask for them, and do not download what they need.
-#if defined(__EMSCRIPTEN__)
+// Whether this build has LightSetup::movingParts: pages that do not ask for them do not download what they need
+// (bindings/js/CMakeLists.txt).
+#if defined(__EMSCRIPTEN__) && !defined(RELUME_WITH_MOVING_PARTS)
 inline constexpr bool kHasMovingParts = false;
 #else
 inline constexpr bool kHasMovingParts = true;

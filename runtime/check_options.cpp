@@ -71,7 +71,7 @@ Result<CheckedOptions> checkOptions(const Bake& bake, const RelightOptions& opti
                       std::to_string(kMaxMovingLag));
   if (options.movingParts > 0 && !kHasMovingParts)
     return Error{ErrorCode::unsupported, "movingParts is " + std::to_string(options.movingParts) +
-                                             ", expected 0: builds for WebAssembly have no moving parts"};
+                                             ", expected 0: this build has no moving parts"};
   Result<ImageSizes> sizes = declareImages(bake.emitters, options.drivenImages, memory);
   if (!sizes) return sizes.error();
   checked.images = std::move(*sizes);

@@ -14,7 +14,7 @@
 // grid in its own axes, 32 voxels on the longest side, so that a frame voxelises nothing; what is thinner than a voxel
 // counts as thick as one. Lengths in metres, light in W/m²/sr.
 //
-// CPU and OpenGL backend and GpuPasses give the same light, but for rounding (WebAssembly has none of it). The latter
+// CPU and OpenGL backend and GpuPasses give the same light, but for rounding. The latter
 // two upload all shapes in the first frame that names them, and again where a frame names another MovingShapes: keep
 // what a level needs in one.
 //

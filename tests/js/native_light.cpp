@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The light that node_test.mjs compares with: native_light BAKE OUT writes, after the frames of frames() there, the
-// coefficients of all caches, then the irradiance in the grid at each surfel, as floats.
+// coefficients of all caches, then the irradiance in the grid at each surfel, then the coefficients after the same
+// frames with a box that moves, as floats.
 #include "relume/bake_file.h"
 #include "relume/relighter.h"
 
@@ -52,10 +53,37 @@ int main(int argc, char** argv) {
   if (!relighter->irradianceInGrid(positions, normals, irradiance)) return 1;
 
   const std::vector<float> coefficients = relighter->cacheCoefficients();
+
+  // A box that comes nearer to the lamp, turned about the vertical.
+  std::vector<glm::vec3> corners;
+  for (int i = 0; i < 8; ++i)
+    corners.emplace_back((i & 1) != 0 ? 0.4f : -0.4f, (i & 2) != 0 ? 0.3f : -0.3f, (i & 4) != 0 ? 0.5f : -0.5f);
+  const std::vector<glm::uvec3> sides{{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                                      {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  const glm::vec3 red(0.8f, 0.2f, 0.1f), glow(0.0f, 2.0f, 1.0f);
+  const MovingMesh box{corners, sides, {&red, 1}, {&glow, 1}};
+  const Result<MovingShapes> shapes = MovingShapes::create({&box, 1});
+  options.movingParts = 2;
+  Result<Relighter> moving = Relighter::create(*bake, options);
+  if (!shapes || !moving) return 1;
+  setup.movingShapes = &*shapes;
+  for (int frame = 0; frame < 4; ++frame) {
+    MovingPart part;
+    part.toWorld = glm::mat4x3{{0.6f, 0.0f, -0.8f},
+                               {0.0f, 1.0f, 0.0f},
+                               {0.8f, 0.0f, 0.6f},
+                               {2.0f + 0.25f * static_cast<float>(frame), 1.0f, 2.0f}};
+    setup.movingParts = {&part, 1};
+    if (const Status lit = moving->relight(setup); !lit)
+      return std::fprintf(stderr, "%s\n", lit.error().message.c_str()), 1;
+  }
+  const std::vector<float> shadowed = moving->cacheCoefficients();
   std::ofstream out(argv[2], std::ios::binary);
   out.write(reinterpret_cast<const char*>(coefficients.data()),
             static_cast<std::streamsize>(coefficients.size() * sizeof(float)));
   out.write(reinterpret_cast<const char*>(irradiance.data()),
             static_cast<std::streamsize>(irradiance.size() * sizeof(irradiance[0])));
+  out.write(reinterpret_cast<const char*>(shadowed.data()),
+            static_cast<std::streamsize>(shadowed.size() * sizeof(float)));
   return out.flush() ? 0 : 1;
 }

@@ -13,7 +13,7 @@ import {needPackage} from './chromium.mjs';
 
 const [folder, relume, nativeLight, level, work] = process.argv.slice(2);
 needPackage(folder);
-const {hasSimd, loadBake, loadModule, RelumeError, Relighter, WorkerRelighter} = await import(pathToFileURL(path.join(folder, 'src', 'index.js')));
+const {hasSimd, loadBake, loadModule, MovingShapes, RelumeError, Relighter, WorkerRelighter} = await import(pathToFileURL(path.join(folder, 'src', 'index.js')));
 
 mkdirSync(work, {recursive: true});
 const bakeFile = path.join(work, 'level.relume'), nativeFile = path.join(work, 'native.bin');
@@ -26,10 +26,12 @@ execFileSync(relume, ['pack', bakeFile, '-o', `${packedFile}.gz`, '--force'], {s
 const packed = readFileSync(packedFile), zipped = readFileSync(`${packedFile}.gz`);
 const native = new Float32Array(readFileSync(nativeFile).buffer.slice(0));
 
-// What a page downloads: the module with SIMD and its glue.
-const download = ['wasm', 'mjs'].map((end) => gzipSync(readFileSync(path.join(folder, 'wasm', `relume-simd.${end}`)), {level: 9}).length).reduce((a, b) => a + b);
-console.log(`${download} bytes through gzip`);
-assert.ok(download <= 156000, 'docs/notes/web.md says what counts');
+// What a page downloads: the module with SIMD and its glue, without and with what moves.
+for (const [name, most] of [['relume-simd', 156000], ['relume-simd-moving', 184000]]) {
+  const download = ['wasm', 'mjs'].map((end) => gzipSync(readFileSync(path.join(folder, 'wasm', `${name}.${end}`)), {level: 9}).length).reduce((a, b) => a + b);
+  console.log(`${name}: ${download} bytes through gzip`);
+  assert.ok(download <= most, 'docs/notes/web.md says what counts');
+}
 
 // The frames of native_light.cpp.
 const setup = {
@@ -58,12 +60,74 @@ function checkLight(module, bake) {
   const count = bake.info.caches * relighter.coefficientsPerCache;
   const coefficients = difference(relighter.coefficients(), native.subarray(0, count));
   const {positions, normals} = bake.surfels();
-  const irradiance = difference(relighter.irradianceInGrid(positions.map((p, i) => p + 0.05 * normals[i]), normals), native.subarray(count));
+  const irradiance = difference(relighter.irradianceInGrid(positions.map((p, i) => p + 0.05 * normals[i]), normals), native.subarray(count, count + positions.length));
   console.log(`${module.simd ? 'simd' : 'scalar'}: coefficients within ${coefficients.toExponential(1)} of their RMS, ` +
               `irradiance in the grid within ${irradiance.toExponential(1)}`);
   // Kernels of other widths sum in another order, and may round to the next of a cache's units, 2^-14 of what is largest.
   assert.ok(coefficients < 5e-4 && irradiance < 1e-4);
   relighter.dispose();
+}
+
+// The box of native_light.cpp.
+const box = {
+  positions: Array.from({length: 8}, (_, i) => [i & 1 ? 0.4 : -0.4, i & 2 ? 0.3 : -0.3, i & 4 ? 0.5 : -0.5]).flat(),
+  triangles: [0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5],
+  albedo: [0.8, 0.2, 0.1], emission: [0, 2, 1],
+};
+// In frame i; the 16 numbers are those of three's Matrix4.
+const boxAt = (i) => ({shape: 0, toWorld: [0.6, 0, -0.8, 0, 0, 1, 0, 0, 0.8, 0, 0.6, 0, 2 + 0.25 * i, 1, 2, 1]});
+
+async function checkMoving(module) {
+  const bake = await loadBake(bytes, {module}), relighter = new Relighter(bake, {movingParts: 2});
+  const shapes = new MovingShapes(module, [box]);
+  for (let i = 0; i < 4; ++i) relighter.relight({...setup, movingShapes: shapes, movingParts: [boxAt(i)]});
+  const count = bake.info.caches * relighter.coefficientsPerCache, expected = native.subarray(native.length - count);
+  const found = difference(relighter.coefficients(), expected), without = difference(native.subarray(0, count), expected);
+  console.log(`${module.simd ? 'simd' : 'scalar'}, with a box that moves: coefficients within ${found.toExponential(1)} of their RMS; ` +
+              `the box changes ${without.toExponential(1)}`);
+  assert.ok(found < 5e-4 && without > 0.1);
+
+  // Twelve numbers are the same.
+  relighter.reset();
+  const rows = boxAt(3).toWorld.filter((_, k) => k % 4 !== 3);
+  relighter.relight({...setup, movingShapes: shapes, movingParts: [{shape: 0, toWorld: rows}]});
+  const twelve = relighter.coefficients().slice();
+  relighter.reset();
+  relighter.relight({...setup, movingShapes: shapes, movingParts: [boxAt(3)]});
+  assert.deepEqual(relighter.coefficients().slice(), twelve);
+
+  // What is wrong is named, and nothing is applied.
+  const part = boxAt(0);
+  for (const [bad, text] of [
+    [{movingParts: [part]}, /movingParts without movingShapes/], [{movingShapes: shapes, movingParts: [part, part, part]}, /movingParts has 3 elements, expected at most 2/],
+    [{movingShapes: shapes, movingParts: [{shape: 1, toWorld: rows}]}, /movingParts\[0\]\.shape is 1/],
+    [{movingShapes: shapes, movingParts: [{shape: 0, toWorld: [1, 2]}]}, /toWorld has 2 elements/],
+    [{movingShapes: shapes, movingParts: [{shape: 0, toWorld: rows.map(() => NaN)}]}, /toWorld has \(nan/], [{movingShapes: {}, movingParts: [part]}, /expected MovingShapes/],
+  ]) {
+    assert.throws(() => relighter.relight(bad), (e) => e instanceof RelumeError && text.test(e.message) || assert.fail(`${e}, expected ${text}`));
+  }
+  assert.deepEqual(relighter.coefficients().slice(), twelve);
+  for (const [mesh, text] of [[{...box, albedo: []}, /albedo/], [{...box, triangles: [0, 1, 9]}, /triangle/], [{...box, positions: [1]}, /positions has 1 elements/]]) {
+    assert.throws(() => new MovingShapes(module, [box, mesh]), (e) => e instanceof RelumeError && text.test(e.message) || assert.fail(`${e}, expected ${text}`));
+  }
+  assert.throws(() => new Relighter(bake, {movingParts: 257}), /movingParts is 257/);
+  assert.throws(() => new Relighter(bake, {movingParts: 1, movingLag: 3}), /movingLag is 3/);
+  shapes.dispose();
+  shapes.dispose();
+  assert.throws(() => relighter.relight({movingShapes: shapes}), /disposed of/);
+  relighter.dispose();
+
+  // Memory that shapes and frames with parts take is given back.
+  const heap = [];
+  for (let i = 0; i < 8; ++i) {
+    const again = new MovingShapes(module, [box]), lit = new Relighter(bake, {movingParts: 2});
+    for (let frame = 0; frame < 2; ++frame) lit.relight({...setup, movingShapes: again, movingParts: [boxAt(frame)]});
+    lit.dispose();
+    again.dispose();
+    heap.push(module.wasm.HEAPU8.length);
+  }
+  assert.equal(heap[7], heap[1], 'the heap grows');
+  bake.dispose();
 }
 
 async function checkModule(module) {
@@ -150,6 +214,15 @@ async function checkModule(module) {
 assert.ok(hasSimd());
 await checkModule(await loadModule({simd: true}));
 await checkModule(await loadModule({simd: false}));
+await checkMoving(await loadModule({moving: true}));
+await checkMoving(await loadModule({moving: true, simd: false}));
+checkLight(await loadModule({moving: true}), await loadBake(bytes, {module: await loadModule({moving: true})}));
+{
+  const still = await loadModule(), bake = await loadBake(bytes, {module: still});
+  assert.throws(() => new MovingShapes(still, [box]), (e) => e.status === 5 && /loadModule\(\{moving: true\}\)/.test(e.message));
+  assert.throws(() => new Relighter(bake, {movingParts: 1}), (e) => e.status === 5 && /movingParts is 1: .*moving: true/.test(e.message));
+  bake.dispose();
+}
 assert.equal(await loadModule(), await loadModule());
 
 // Over HTTP: progress, what is not there, what ends early.
@@ -175,6 +248,19 @@ await assert.rejects(loadBake('http://127.0.0.1:1/level.relume'), /cannot be fet
 const stop = new AbortController();
 stop.abort();
 await assert.rejects(loadBake(url('level.relume'), {signal: stop.signal}), {name: 'AbortError'});
+
+// In a worker, with a box that moves.
+{
+  const moved = await WorkerRelighter.create(url('level.relume'), {movingParts: 1, module: {moving: true}});
+  const module = await loadModule({moving: true}), lit = new Relighter(await loadBake(bytes, {module}), {movingParts: 1});
+  const shapes = new MovingShapes(module, [box]), {visibility, ...rest} = setup, movingParts = [boxAt(0)];
+  await assert.rejects(moved.relight({...rest, movingParts}), /movingParts without movingShapes/);
+  await moved.setMovingShapes([box]);
+  const frame = await moved.relight({...rest, movingParts}, ['coefficients']);
+  lit.relight({...rest, movingParts, movingShapes: shapes});
+  assert.deepEqual(frame.coefficients, lit.coefficients());
+  moved.dispose();
+}
 
 // In a worker.
 const worker = await WorkerRelighter.create(url('level.relume'), {onProgress() {}});

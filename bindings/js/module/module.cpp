@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What JavaScript calls of the WebAssembly module beside include/relume/relume.h: the functions of it that take
 // structs, with plain arguments. Everything is allocated by one context, which counts the bytes that live. One thread.
+#include "context.h"
 #include "relume/relume.h"
 
 #include <emscripten.h>
@@ -15,6 +16,7 @@ static_assert(sizeof(relume_light) == 52, "src/core.js writes lights as 13 words
 static_assert(offsetof(relume_light, intensity) == 4 && offsetof(relume_light, position) == 16);
 static_assert(offsetof(relume_light, direction) == 28 && offsetof(relume_light, range) == 40);
 static_assert(offsetof(relume_light, outer_cone_radians) == 48);
+static_assert(sizeof(relume_moving_part) == 52 && offsetof(relume_moving_part, to_world) == 4, "and parts likewise");
 
 namespace {
 
@@ -32,7 +34,9 @@ void takeBack(void*, void* block, std::size_t size, std::size_t) {
   std::free(block);
 }
 
-relume_context* context() {
+}  // namespace
+
+relume_context* relume_web_context() {
   static relume_context* const instance = [] {
     relume_context_desc desc = {};
     desc.struct_size = sizeof desc;
@@ -45,6 +49,8 @@ relume_context* context() {
   }();
   return instance;
 }
+
+namespace {
 
 // The relighter whose frame is being made, by which JavaScript finds its callback.
 relume_relighter* lit = nullptr;
@@ -74,7 +80,7 @@ void* relume_web_file(std::size_t size) { return give(nullptr, size + sizeof(dou
 void relume_web_free_file(void* file, std::size_t size) { takeBack(nullptr, file, size + sizeof(double), 64); }
 
 // Text of what last failed without a handle.
-const char* relume_web_error() { return relume_context_error(context()); }
+const char* relume_web_error() { return relume_context_error(relume_web_context()); }
 
 // The bake of a file, which it takes over; null with relume_web_error().
 relume_bake* relume_web_bake(void* file, std::size_t size) {
@@ -93,7 +99,7 @@ relume_bake* relume_web_bake(void* file, std::size_t size) {
     delete done;
   };
   relume_bake* bake = nullptr;
-  relume_bake_from_memory(context(), file, size, release, owned, &bake);
+  relume_bake_from_memory(relume_web_context(), file, size, release, owned, &bake);
   return bake;
 }
 
@@ -105,7 +111,9 @@ const relume_bake_info* relume_web_info(const relume_bake* bake) {
 }
 
 // On the CPU; null with relume_bake_error(). lumaBands: 0 to 4, for the kernels have no more here; without a text else.
-relume_relighter* relume_web_relighter(relume_bake* bake, int lumaBands, int chromaBands, int glossy, int gridTexture) {
+// movingParts, movingLag: 0 in modules without things that move.
+relume_relighter* relume_web_relighter(relume_bake* bake, int lumaBands, int chromaBands, int glossy, int gridTexture,
+                                       unsigned movingParts, unsigned movingLag) {
   constexpr int kMaxBands = 4;
   if (lumaBands < 0 || lumaBands > kMaxBands) return nullptr;
   if (lumaBands == 0 && relume_web_info(bake)->luma_bands > kMaxBands) lumaBands = kMaxBands;
@@ -116,6 +124,8 @@ relume_relighter* relume_web_relighter(relume_bake* bake, int lumaBands, int chr
   desc.chroma_bands = chromaBands;
   desc.glossy = glossy;
   desc.grid_texture = gridTexture;
+  desc.moving_parts = movingParts;
+  desc.moving_lag = movingLag;
   relume_relighter* relighter = nullptr;
   relume_relighter_create(bake, &desc, &relighter);
   return relighter;
@@ -125,7 +135,9 @@ relume_relighter* relume_web_relighter(relume_bake* bake, int lumaBands, int chr
 relume_status relume_web_relight(relume_relighter* relighter, const relume_light* lights, std::size_t lightCount,
                                  int callsVisibility, const float* surfelIrradiance, const float* surfelEmission,
                                  const float* skyPatches, const float* scalars,
-                                 const relume_material_emission* emissions, std::size_t emissionCount) {
+                                 const relume_material_emission* emissions, std::size_t emissionCount,
+                                 const relume_moving_part* parts, std::size_t partCount,
+                                 const relume_moving_shapes* shapes) {
   relume_light_setup setup;
   relume_light_setup_default(&setup, sizeof setup);
   setup.lights = lights;
@@ -138,6 +150,9 @@ relume_status relume_web_relight(relume_relighter* relighter, const relume_light
   setup.bounce_scale = scalars[6];
   setup.material_emissions = emissions;
   setup.material_emission_count = emissionCount;
+  setup.moving_parts = parts;
+  setup.moving_part_count = partCount;
+  setup.moving_shapes = shapes;
   lit = relighter;
   return relume_relight(relighter, &setup);
 }

@@ -3,16 +3,10 @@
 // that of include/relume/relume.h; index.d.ts says what JavaScript hands over. Bake and Relighter own memory of the module,
 // which no garbage collector sees: dispose() of both gives it back.
 
-// What the library refused, by its own text. status: relume_status.
-export class RelumeError extends Error {
-  constructor(message, status = 0) {
-    super(message);
-    this.name = 'RelumeError';
-    this.status = status;
-  }
-}
+import {forgotten, kInvalidFile, kIo, kMemory, kUsage, RelumeError} from './errors.js';
+import {handParts, requireMoving, shapesOf} from './moving.js';
 
-const kUsage = 1, kIo = 2, kInvalidFile = 3, kMemory = 6;
+export {RelumeError};
 
 // A function that gives a vector of 16 bytes: valid where there is SIMD.
 const kSimdProbe = new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 8, 1, 6, 0, 65, 0, 253, 15, 11]);
@@ -35,8 +29,8 @@ export function loadModule(options = {}) {
   return shared;
 }
 
-async function makeModule({simd = hasSimd(), folder = new URL('../wasm/', import.meta.url), wasmBinary} = {}) {
-  const name = `relume-${simd ? 'simd' : 'scalar'}`;
+async function makeModule({simd = hasSimd(), moving = false, folder = new URL('../wasm/', import.meta.url), wasmBinary} = {}) {
+  const name = `relume-${simd ? 'simd' : 'scalar'}${moving ? '-moving' : ''}`;
   const make = (await import(/* @vite-ignore */ new URL(`${name}.mjs`, folder).href)).default;
   if (!wasmBinary && isNode) {
     const files = 'node:fs/promises';  // in a variable, so that bundlers for pages let it be
@@ -56,6 +50,7 @@ export class Module {
     this.wasm = wasm;
     this.callbacks = callbacks;  // visibility of the relighters that are being relit, by their address
     this.simd = simd;
+    this.moving = wasm._relume_web_shapes !== undefined;
   }
   get version() {
     return this.wasm.UTF8ToString(this.wasm._relume_version());
@@ -168,9 +163,6 @@ export async function loadBake(source, options = {}) {
   return new Bake(module, bake);
 }
 
-// Give back what was never disposed of, when nothing refers to it any more. A net, not a plan: engines may never call it.
-const forgotten = typeof FinalizationRegistry === 'function' ? new FinalizationRegistry((give) => give()) : null;
-
 export class Bake {
   constructor(module, address) {
     this.module = module;
@@ -267,13 +259,14 @@ const kShapes = ['flat', 'array', 'volume'], kFormats = ['rgba16f', 'rg16f', 'rg
 
 export class Relighter {
   // bake may be disposed of afterwards: a relighter keeps what it needs.
-  constructor(bake, {lumaBands = 0, chromaBands = 0, glossy = false, gridTexture = false} = {}) {
+  constructor(bake, {lumaBands = 0, chromaBands = 0, glossy = false, gridTexture = false, movingParts = 0, movingLag = 0} = {}) {
     this.module = bake.module;
     const wasm = this.module.wasm;
     if (!(lumaBands >= 0 && lumaBands <= kMaxBands)) {
       throw new RelumeError(`lumaBands is ${lumaBands}, expected 1 to ${kMaxBands}, or 0 for the bake's choice`, kUsage);
     }
-    this.address = wasm._relume_web_relighter(bake.alive, lumaBands, chromaBands, glossy ? 1 : 0, gridTexture ? 1 : 0);
+    if (movingParts > 0) requireMoving(this.module, `movingParts is ${movingParts}`);
+    this.address = wasm._relume_web_relighter(bake.alive, lumaBands, chromaBands, glossy ? 1 : 0, gridTexture ? 1 : 0, movingParts, movingLag);
     if (this.address === 0) throw new RelumeError(this.module.text(wasm._relume_bake_error(bake.address)), kUsage);
     this.info = bake.info;
     this.drivable = bake.drivableMaterials;
@@ -332,7 +325,8 @@ export class Relighter {
     const irradiance = this.hand('surfelIrradiance', setup.surfelIrradiance, 3 * this.info.surfels);
     const emission = this.hand('surfelEmission', setup.surfelEmission, 3 * this.info.surfels);
     const sky = this.hand('skyPatches', setup.skyPatches, 3 * this.info.skyPatches);
-    const driven = this.handMaterials(materials);
+    const driven = this.handMaterials(materials), movingParts = setup.movingParts ?? [];
+    const parts = handParts(this, movingParts), shapes = shapesOf(this, setup.movingShapes);
     const scalars = this.block('scalars', 4 * kScalars);
     // From here on nothing is allocated here, so that these views last.
     writeLights(this.module, lights, lightBlock);
@@ -352,7 +346,7 @@ export class Relighter {
     }
     try {
       this.check(wasm._relume_web_relight(relighter, lightBlock, lights.length, setup.visibility ? 1 : 0, irradiance, emission, sky,
-                                          scalars, driven, materials.length));
+                                          scalars, driven, materials.length, parts, movingParts.length, shapes));
     } finally {
       this.module.callbacks.delete(relighter);
     }

@@ -13,6 +13,8 @@ export class RelumeError extends Error {
 export interface ModuleOptions {
   /** Default: where the browser has it. */
   simd?: boolean;
+  /** With things that move (MovingShapes), a sixth larger; default false. */
+  moving?: boolean;
   /** Folder of the .mjs and .wasm files; default: the package's. */
   folder?: URL;
   /** The .wasm file's bytes, where they cannot be fetched. */
@@ -23,6 +25,7 @@ export interface ModuleOptions {
 export class Module {
   private constructor();
   readonly simd: boolean;
+  readonly moving: boolean;
   readonly version: string;
   /** Bytes that bakes and relighters hold. */
   readonly liveBytes: number;
@@ -95,6 +98,32 @@ export interface Light {
   outerConeAngle?: number;
 }
 
+/** A rigid mesh in axes of its own. */
+export interface MovingMesh {
+  /** [m] three floats per vertex. */
+  positions: ArrayLike<number>;
+  /** Three vertices per triangle; the front is counter-clockwise. */
+  triangles: ArrayLike<number>;
+  /** [0..1] three floats, or three per triangle. */
+  albedo: ArrayLike<number>;
+  /** [W/m²/sr] of the fronts: three floats, or three per triangle. */
+  emission?: ArrayLike<number>;
+}
+
+/** What moves through a baked level, shadows its indirect light and throws colour: for modules of loadModule({moving: true}). */
+export class MovingShapes {
+  constructor(module: Module, meshes: MovingMesh[]);
+  /** Gives the memory back; frames must not name it any more. */
+  dispose(): void;
+}
+
+export interface MovingPart {
+  /** Index of the mesh that was handed to MovingShapes. */
+  shape: number;
+  /** By columns: x, y and z axis, then the place; 12 floats, or the 16 of a matrix with a last row. */
+  toWorld: ArrayLike<number>;
+}
+
 export interface LightSetup {
   lights?: Light[];
   /** [W/m²] three floats per surfel, in place of the lights: the host's own direct light with its shadows. */
@@ -111,6 +140,10 @@ export interface LightSetup {
   bounceScale?: number;
   /** [W/m²/sr] in place of the baked emission of drivable materials, by name or index. */
   materials?: {material: string | number; radiance: Vector3}[];
+  /** What stands where in this frame, lit by the lights and by last frame's grid. `visibility` answers for points on parts as well. */
+  movingParts?: MovingPart[];
+  /** What movingParts name. WorkerRelighter: setMovingShapes(). */
+  movingShapes?: MovingShapes;
   /**
    * Shares [0..1] of a light that reach `count` points: the host's shadows. Write all of `visible`. The arrays end with the call.
    * Relighter alone: a worker cannot call the page.
@@ -119,6 +152,10 @@ export interface LightSetup {
 }
 
 export interface RelighterOptions {
+  /** [0..256] most of LightSetup.movingParts in a frame; default 0. Of modules that have them alone. */
+  movingParts?: number;
+  /** [1, 2, 4 .. 64] frames within which each cache near parts is looked at again; 1 = all in every frame; default 32. */
+  movingLag?: number;
   /** [0..4] 0 = what the bake recommends. */
   lumaBands?: number;
   /** [0..lumaBands] 0 = what the bake recommends. */
@@ -194,7 +231,9 @@ export class WorkerRelighter {
   readonly resolve: TextureResolve;
   /** Texels of the textures that are written once; null for the others. */
   readonly still: (Uint8Array | null)[];
-  relight(setup?: Omit<LightSetup, 'visibility'>, wants?: ('textures' | 'irradianceMap' | 'coefficients')[]): Promise<WorkerFrame>;
+  /** What the movingParts of later frames name. */
+  setMovingShapes(meshes: MovingMesh[]): Promise<void>;
+  relight(setup?: Omit<LightSetup, 'visibility' | 'movingShapes'>, wants?: ('textures' | 'irradianceMap' | 'coefficients')[]): Promise<WorkerFrame>;
   reset(): Promise<void>;
   dispose(): void;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 import type {Bake, BakeInfo, LightSetup, RelighterOptions, TextureResolve} from './index.js';
 
-export interface GpuRelighterOptions extends Omit<RelighterOptions, 'gridTexture'> {
+export interface GpuRelighterOptions extends Omit<RelighterOptions, 'gridTexture' | 'movingParts' | 'movingLag'> {
   /** GLSL ES 3.00 that defines `float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)`; default: nothing is in shadow. */
   visibilityGlsl?: string;
   /** Sets that code's uniforms before each frame. Texture units from firstUnit on are free; bind what it reads there. */
@@ -19,7 +19,7 @@ export interface GpuRelighterOptions extends Omit<RelighterOptions, 'gridTexture
   forceFallback?: boolean;
 }
 
-export interface GpuLightSetup extends Omit<LightSetup, 'visibility' | 'materials'> {
+export interface GpuLightSetup extends Omit<LightSetup, 'visibility' | 'materials' | 'movingParts' | 'movingShapes'> {
   /** In place of surfelIrradiance, without its way through main memory: texel i, in rows of `width`, has the irradiance of surfel i. */
   surfelIrradianceTexture?: {texture: WebGLTexture; width: number};
 }

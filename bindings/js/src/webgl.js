@@ -15,6 +15,7 @@ export class GpuRelighter {
   // gl: a WebGL2RenderingContext. bake: not to be disposed of before this.
   constructor(gl, bake, {onLost, onRestored, onError, onFallback, forceFallback = false, keepState = true, visibilityGlsl = '', bindVisibility = null, ...options} = {}) {
     if (!gl?.texStorage3D) refuse('GpuRelighter: expected a WebGL 2 context');
+    if (options.movingParts > 0) refuse('movingParts is for the CPU: Relighter and WorkerRelighter have it');
     Object.assign(this, {gl, bake, options, visibilityGlsl, bindVisibility, keepState, info: bake.info});
     this.lost = false;
     this.frames = 0;  // since the light was forgotten
@@ -195,6 +196,7 @@ export class GpuRelighter {
   checkFrame(frame) {
     const {info} = this, {bounceScale, surfelIrradianceTexture: host} = frame;
     if (frame.visibility) refuse('visibility is for the CPU: in WebGL hand visibilityGlsl or surfelIrradiance over');
+    if (frame.movingParts?.length > 0) refuse('movingParts is for the CPU: Relighter and WorkerRelighter have it');
     if (frame.materials?.length > 0) refuse('materials is for the CPU: in WebGL hand surfelEmission over');
     for (const name of ['skyRadiance', 'emissionScale']) {
       if (!isVector(frame[name]) || frame[name].some((v) => v < 0)) refuse(`${name} is ${frame[name]}, expected three numbers >= 0`);

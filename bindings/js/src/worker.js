@@ -2,12 +2,13 @@
 // The worker of worker_relighter.js: one bake and its relighter. Messages in: {id, call, ...}; out: {id, result}, {id, error}, or
 // {progress}.
 import {isNode, loadBake, loadModule, RelumeError, Relighter} from './core.js';
+import {MovingShapes} from './moving.js';
 
 const threads = 'node:worker_threads';  // in a variable, so that bundlers for pages let it be
 const port = isNode ? (await import(/* @vite-ignore */ threads)).parentPort : self;
 const listen = (handle) => (isNode ? port.on('message', handle) : port.addEventListener('message', (event) => handle(event.data)));
 
-let module = null, bake = null, relighter = null;
+let module = null, bake = null, relighter = null, movingShapes = null;
 
 const calls = {
   async create({source, options, moduleOptions}) {
@@ -25,7 +26,7 @@ const calls = {
   // wants: any of "textures", "irradianceMap", "coefficients".
   relight({setup, wants}) {
     const begin = performance.now();
-    relighter.relight(setup);
+    relighter.relight({...setup, movingShapes});
     const result = {ms: performance.now() - begin};
     const {textures} = relighter.textureResolve();
     if (wants.includes('textures')) {
@@ -37,6 +38,11 @@ const calls = {
   },
   reset() {
     relighter.reset();
+  },
+  setMovingShapes({meshes}) {
+    const made = new MovingShapes(module, meshes);
+    movingShapes?.dispose();
+    movingShapes = made;
   },
 };
 

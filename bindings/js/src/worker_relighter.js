@@ -62,6 +62,10 @@ export class WorkerRelighter {
   reset() {
     return this.call('reset');
   }
+  // What the movingParts of later frames name.
+  setMovingShapes(meshes) {
+    return this.call('setMovingShapes', {meshes});
+  }
   dispose() {
     if (!this.worker) return;
     this.worker.terminate();
