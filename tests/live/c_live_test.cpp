@@ -185,7 +185,10 @@ TEST_F(CLive, namesAndTextureUnitsAreTheHosts) {
   desc_.backend = RELUME_BACKEND_GL;
   desc_.get_proc_address = [](void*, const char* name) -> relume_gl_proc { return EglContext::getProcAddress(name); };
   const unsigned int units[2][3] = {{19, 20, 21}, {24, 23, 22}};
-  relume_live* lights[2] = {};
+  relume_live *lights[2] = {}, *third = nullptr;
+  desc_.gl_prefix = "relumeThird";
+  desc_.gl_texture_units = units[0];
+  ASSERT_EQ(relume_live_create(host_, &desc_, &third), RELUME_OK) << relume_context_error(host_);
   for (std::size_t i = 0; i < 2; ++i) {
     desc_.gl_prefix = i == 0 ? "relumeBefore" : nullptr;
     desc_.gl_texture_units = units[i];
@@ -195,17 +198,18 @@ TEST_F(CLive, namesAndTextureUnitsAreTheHosts) {
     EXPECT_EQ(glsl.find("vec3 relumeBeforeIrradiance(") != std::string::npos, i == 0);
     EXPECT_EQ(glsl.find("relumeLive") == std::string::npos, i == 0);
   }
-  const std::vector<float> found =
-      test::runCompute(std::string(relume_live_gl_glsl(lights[0])) + relume_live_gl_glsl(lights[1]),
-                       "vec3 p = vec3(inData[0], inData[1], inData[2]), n = vec3(0.0, 1.0, 0.0);\n"
-                       "outData[0] = relumeBeforeIrradiance(p, n).r; outData[1] = relumeLiveIrradiance(p, n).r;\n",
-                       {1, 0, 2}, 1, 2, [&](unsigned int program) {
-                         for (const relume_live* light : lights)
-                           ASSERT_EQ(relume_live_gl_bind(light, program), RELUME_OK);
-                       });
+  const std::vector<float> found = test::runCompute(
+      std::string(relume_live_gl_glsl(lights[0])) + relume_live_gl_glsl(lights[1]),
+      "vec3 p = vec3(inData[0], inData[1], inData[2]), n = vec3(0.0, 1.0, 0.0);\n"
+      "outData[0] = relumeBeforeIrradiance(p, n).r; outData[1] = relumeLiveIrradiance(p, n).r;\n",
+      {1, 0, 2}, 1, 2, [&](unsigned int program) {
+        for (const relume_live* light : lights) ASSERT_EQ(relume_live_gl_bind(light, program), RELUME_OK);
+        expectRefused(relume_live_gl_bind(third, program),
+                      "relumeBeforeCells has texture unit 19, which is that of relumeThirdCells", third);
+      });
   EXPECT_GT(found[0], 0.0f);
   EXPECT_EQ(found[0], found[1]);
-  for (relume_live* light : lights) relume_live_destroy(light);
+  for (relume_live* light : {lights[0], lights[1], third}) relume_live_destroy(light);
   desc_.gl_prefix = "gl_Live";
   expectRefused(relume_live_create(host_, &desc_, &lights[0]), "gl_Live");
   const unsigned int twice[3] = {1, 2, 2};
