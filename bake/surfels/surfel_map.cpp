@@ -9,6 +9,7 @@
 #include "bake/surfels/nested_grid.h"
 #include "bake/surfels/sides_on_demand.h"
 #include "bake/surfels/sorted_surfels.h"
+#include "bake/surfels/tile_grid.h"
 #include "bake/visibility/surface_parts.h"
 
 #include <glm/geometric.hpp>
@@ -26,17 +27,6 @@
 namespace relume {
 namespace {
 
-constexpr float kTileSpacings = 0.5f;        // wanted width of a tile
-constexpr float kUnseenTileSpacings = 2.0f;  // the same, on sides that the play space does not see
-// The number of a side's tiles is limited by its area and by its seen area, in tiles of the wanted width: slivers have
-// long edges and little area, and of a huge ground plane, only a corner may be seen.
-constexpr double kMinTiles = 16.0;
-constexpr double kMaxTilesPerArea = 8.0;
-constexpr double kMaxTilesPerSeenArea = 32.0;
-constexpr double kMaxUnseenTiles = 1024.0;
-constexpr double kManyTiles = 16384.0;  // grids of fewer tiles are not replaced by nested ones
-constexpr double kMaxCoarser =
-    2.0;  // than wanted: beyond, a nested grid is used, which is fine where something is seen
 constexpr std::size_t kSidesPerChunk = 4096, kTilesPerChunk = 8192;
 // Sides that are mapped before the next ones are laid out: the map shares what they have in common, and is far smaller
 // than their tiles in a level of many instances.
@@ -45,48 +35,6 @@ static_assert(kSidesPerPart % BlockPalette<SurfelMap::Side>::kBlock == 0);
 constexpr float kRounding = 1.0f + 1e-5f;  // keeps rounding errors from cutting a search's radius short
 // To search for a side that is asked for costs more than to map it beside its neighbours.
 constexpr double kMinSidesPerLookup = 4.0;
-constexpr std::uint32_t kMaxAlong = (1u << 14) - 1;  // most tiles along an edge: SurfelMap::Side
-
-// Barycentric coordinates of a point of the grid that starts at a corner: the inverse of SurfelMap::Side::toGrid().
-glm::vec2 fromGrid(const glm::vec2& g, std::uint32_t corner) {
-  const float first = 1.0f - g.x - g.y;
-  return corner == 0 ? g : (corner == 1 ? glm::vec2(first, g.x) : glm::vec2(g.y, first));
-}
-
-struct GridShape {
-  std::uint32_t corner = 0, columns = 1, rows = 1;
-  bool nested = false;  // so little of it is seen that tiles of one size would be too coarse
-};
-
-// Lay tiles about `size` [m] wide over a triangle, from the corner that needs the fewest. They are coarser where the
-// areas do not justify so many.
-GridShape shapeOf(const std::array<glm::vec3, 3>& corner, double size, double seenArea) {
-  std::array<double, 3> length;  // of the edge from corner k to the next
-  for (std::size_t k = 0; k < 3; ++k) length[k] = glm::length(glm::dvec3(corner[(k + 1) % 3]) - glm::dvec3(corner[k]));
-  double columns = 0.0, rows = 0.0;
-  GridShape shape;
-  for (std::uint32_t k = 0; k < 3; ++k) {
-    const double c = std::max(1.0, std::ceil(length[k] / size)),
-                 r = std::max(1.0, std::ceil(length[(k + 2) % 3] / size));
-    if (k > 0 && c * r >= columns * rows) continue;
-    columns = c;
-    rows = r;
-    shape.corner = k;
-  }
-  const double area = 0.5 * glm::length(glm::cross(glm::dvec3(corner[1]) - glm::dvec3(corner[0]),
-                                                   glm::dvec3(corner[2]) - glm::dvec3(corner[0])));
-  const double max = seenArea > 0.0 ? kMaxTilesPerSeenArea * seenArea / (size * size) : kMaxUnseenTiles;
-  const double limit = kMinTiles + std::min(kMaxTilesPerArea * area / (size * size), max);
-  const double shrink = std::min(1.0, std::sqrt(limit / (columns * rows)));
-  const auto tiles = [&](double along) {
-    return static_cast<std::uint32_t>(std::clamp(std::ceil(along * shrink), 1.0, double{kMaxAlong}));
-  };
-  shape.nested = seenArea > 0.0 && shrink < 1.0 / kMaxCoarser && columns * rows > kManyTiles &&
-                 max < kMaxTilesPerArea * area / (size * size);
-  shape.columns = tiles(columns);
-  shape.rows = tiles(rows);
-  return shape;
-}
 
 // The surfels in a cube of 2x2x2 buckets and in `depth` more buckets on all sides, one array per member: what searches
 // for the points in the cube look through.
@@ -239,14 +187,14 @@ std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& pl
       const float seenArea = playSpace.seenArea[s],
                   width = (playSpace.isFar(static_cast<std::uint32_t>(s)) ? farSpacing : spacing) *
                           (seenArea > 0.0f ? kTileSpacings : kUnseenTileSpacings);
-      const GridShape shape = shapeOf(triangle.corner, width, seenArea);
-      if (shape.nested && !playSpace.tree.empty() && playSpace.isPartly(static_cast<std::uint32_t>(s))) {
+      const TileGrid grid = tileGridOf(triangle.corner, width, seenArea);
+      if (grid.nested && !playSpace.tree.empty() && playSpace.isPartly(static_cast<std::uint32_t>(s))) {
         side.nested = 1;  // addNestedGrids() lays it out
         continue;
       }
-      side.columns = shape.columns & 0x7FFFu;
-      side.rows = shape.rows & kMaxAlong;
-      side.corner = shape.corner & 3u;
+      side.columns = grid.columns & 0x7FFFu;
+      side.rows = grid.rows & kMaxTilesAlong;
+      side.corner = grid.corner & 3u;
     }
   });
   std::uint32_t tiles = 0;
@@ -261,16 +209,12 @@ std::vector<SurfelMap::Side> layOutSides(const Scene& scene, const PlaySpace& pl
 void mapTiles(const Scene& scene, const TriangleShape& triangle, Search& search, std::uint32_t side,
               const SurfelMap::Side& grid, float reach, std::uint32_t begin, std::uint32_t end, std::uint32_t& guess,
               std::uint32_t* tile) {
+  const TileGrid tiles{grid.corner, grid.columns, grid.rows};
   std::uint32_t atRowBegin = guess;
   for (std::uint32_t i = begin; i < end; ++i) {
     const std::uint32_t column = i % grid.columns, row = i / grid.columns;
-    // Tiles beyond the third edge are never looked up.
-    if (std::uint64_t{column} * grid.rows + std::uint64_t{row} * grid.columns > grid.tileCount()) continue;
-    glm::vec2 g((static_cast<float>(column) + 0.5f) / static_cast<float>(grid.columns),
-                (static_cast<float>(row) + 0.5f) / static_cast<float>(grid.rows));
-    if (g.x + g.y > 1.0f) g /= g.x + g.y;
-    if (grid.tileCount() == 1) g = glm::vec2(1.0f / 3.0f);
-    const MapPoint point = triangle.pointOn(scene, side, fromGrid(g, grid.corner));
+    if (!tiles.isWithin(column, row)) continue;  // it is never looked up
+    const MapPoint point = triangle.pointOn(scene, side, tiles.middleOf(column, row));
     const std::uint32_t found = search.best(point, reach, column == 0 ? atRowBegin : guess);
     if (found == kNone) continue;
     guess = found;

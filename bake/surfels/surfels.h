@@ -4,6 +4,7 @@
 
 #include "bake/rays/ray_tracer.h"
 #include "bake/surfels/block_palette.h"
+#include "bake/surfels/tile_grid.h"
 #include "bake/visibility/play_space.h"
 #include "relume/bake/context.h"
 #include "relume/bake/options.h"
@@ -51,7 +52,7 @@ class SurfelMap {
   std::uint32_t tileOf(std::uint32_t side, const glm::vec2& barycentric) const {
     const Side& s = sides[side];
     if (s.columns == 0) return kNone;
-    const glm::vec2 g = s.toGrid(barycentric);
+    const glm::vec2 g = toTileGrid(barycentric, s.corner);
     const auto along = [](float x, std::uint32_t tiles) {
       const float at = std::max(x * static_cast<float>(tiles), 0.0f);
       return std::min(static_cast<std::uint32_t>(at), tiles - 1);
@@ -82,11 +83,6 @@ class SurfelMap {
       Side side;
       side.rows = 1;
       return side;
-    }
-    // A point's coordinates in the grid: weights of the two corners after `corner`.
-    glm::vec2 toGrid(const glm::vec2& b) const {
-      const float first = 1.0f - b.x - b.y;
-      return corner == 0 ? b : (corner == 1 ? glm::vec2(b.y, first) : glm::vec2(first, b.x));
     }
     bool operator==(const Side&) const = default;
   };

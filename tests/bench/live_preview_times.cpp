@@ -157,12 +157,12 @@ int measure(int argc, char** argv) {
   auto relit = relightByRays(*tracer, request, context);
   if (!relit) return fail(relit.error().message);
   std::vector<glm::vec3> radiance = surfelRadiances(*bake, *relit->all);
-  const SurfelMap map = mapSurfels(*scene, *bake, context);
+  const auto map = mapSurfels(*scene, *bake, context);
 
   LivePreview::Options options;
   options.accuracy = std::strtof(number(7, "0.25"), nullptr);
   options.rounds = std::atoi(number(10, "2"));
-  LivePreview live(*tracer, surfelLeaves(*scene, map), {}, options);
+  LivePreview live(*tracer, surfelLeaves(*map), {}, options);
   const auto width = static_cast<std::uint32_t>(std::atoi(number(5, "512"))),
              height = static_cast<std::uint32_t>(std::atoi(number(6, "512")));
   live.relight(radiance, context);
@@ -179,7 +179,7 @@ int measure(int argc, char** argv) {
               static_cast<double>(live.records().sizeBytes()) / 1048576.0);
 
   // Records alone, and with the picture
-  LeafRecords records(*tracer, surfelLeaves(*scene, map), {}, {options.rays, options.seed, true});
+  LeafRecords records(*tracer, surfelLeaves(*map), {}, {options.rays, options.seed, true});
   std::vector<PixelReceiver> placed;
   for (const Record& r : live.records().records()) placed.push_back({r.positionWorld, r.normal, r.normal, r.footprint});
   std::vector<std::uint32_t> pixels(

@@ -278,8 +278,8 @@ bool printEqualBytes(const GridLevel& opened, const std::string& lights) {
   setup.emissionScale = glm::vec3(level.emissive ? 1.0f : 0.0f);
   if (const auto lit = relightUntilConverged(*relighter, setup); !lit) return fail(lit.error());
 
-  const SurfelMap map = mapSurfels(level.scene, *baked, context);
-  const HitLeaf leaves = surfelLeaves(level.scene, map);
+  const auto map = mapSurfels(level.scene, *baked, context);
+  const HitLeaf leaves = surfelLeaves(*map);
   const std::vector<glm::vec3> sent = surfelRadiances(*baked, *relighter);
   const Incident incident = [&](std::span<const Ray> rays, std::span<glm::vec3> radiance) {
     std::array<Hit, DirectionStrata::kBlock> hits;

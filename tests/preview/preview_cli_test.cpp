@@ -96,14 +96,16 @@ TEST_F(PreviewCommand, allSourcesGiveTheSameLightButForBounces) {
 }
 
 TEST_F(PreviewCommand, sameBytesAtAnyNumberOfThreads) {
-  const auto bytesOf = [&](const char* threads) {
-    EXPECT_EQ(preview({"--camera", "cam_hall", "--threads", threads, "--force"}).status, 0);
-    return readAll(image());
-  };
-  const std::string one = bytesOf("1");
-  ASSERT_GT(one.size(), 1000u);
-  EXPECT_TRUE(bytesOf("2") == one);
-  EXPECT_TRUE(bytesOf("7") == one);
+  for (const char* source : {"hits", "surfels"}) {
+    const auto bytesOf = [&](const char* threads) {
+      EXPECT_EQ(preview({"--camera", "cam_hall", "--source", source, "--threads", threads, "--force"}).status, 0);
+      return readAll(image());
+    };
+    const std::string one = bytesOf("1");
+    ASSERT_GT(one.size(), 1000u);
+    EXPECT_TRUE(bytesOf("2") == one) << source;
+    EXPECT_TRUE(bytesOf("7") == one) << source;
+  }
 }
 
 TEST_F(PreviewCommand, aTimeLimitIsKeptAndAPngIsWritten) {

@@ -94,6 +94,15 @@ class Level {
   Scene scene_;
 };
 
+// Surfels at random on the seen sides.
+inline std::vector<SurfaceSample> scatter(const Level& constLevel, const PlaySpace& space, std::size_t count) {
+  Level& level = const_cast<Level&>(constLevel);
+  Context context;
+  const RayTracer tracer = level.tracer(context);
+  const SurfaceSampler sampler(tracer, space, static_cast<std::uint32_t>(count), 4, context);
+  return sampler.draw(count, 3, 0, context);
+}
+
 // A seed as the placements see it.
 inline SurfaceSample sampleOf(const Scene& scene, std::uint32_t side, const glm::vec2& barycentric) {
   return sampleAt(scene, scene.instanceOf(side / 2), side, barycentric);

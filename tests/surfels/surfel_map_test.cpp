@@ -10,15 +10,6 @@
 namespace relume {
 namespace {
 
-// Surfels at random on the seen sides.
-std::vector<SurfaceSample> scatter(const Level& constLevel, const PlaySpace& space, std::size_t count) {
-  Level& level = const_cast<Level&>(constLevel);
-  Context context;
-  const RayTracer tracer = level.tracer(context);
-  const SurfaceSampler sampler(tracer, space, static_cast<std::uint32_t>(count), 4, context);
-  return sampler.draw(count, 3, 0, context);
-}
-
 std::uint32_t bruteForce(const SurfaceSample& point, std::span<const SurfaceSample> surfels, float spacing,
                          float reach) {
   float best = kNoMapping;

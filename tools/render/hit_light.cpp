@@ -5,7 +5,6 @@
 #include "bake/base/random.h"
 #include "bake/rays/seen_surface.h"
 #include "bake/reference/path_tracer.h"
-#include "bake/surfels/surfel_map.h"
 #include "tools/render/seen_surface.h"
 
 #include <glm/common.hpp>
@@ -21,11 +20,6 @@ namespace {
 
 constexpr float kInvPi = std::numbers::inv_pi_v<float>;
 constexpr std::uint32_t kHitStage = 0x72637365;  // the random streams' stage, and the next
-
-std::uint32_t surfelAt(const Scene& scene, const SurfelMap& map, const Hit& hit) {
-  const std::uint32_t triangle = scene.instances[hit.instance].firstTriangle + hit.triangle;
-  return map.at(2 * triangle + (hit.back ? 1u : 0u), hit.barycentric);
-}
 
 bool isLit(const glm::vec3& c) { return c.x > 0.0f || c.y > 0.0f || c.z > 0.0f; }
 
@@ -122,19 +116,7 @@ PatchRadiance linkPatchRadiance(const RayTracer& drawn, std::span<const SceneLig
   };
 }
 
-SurfelMap mapSurfels(const Scene& scene, const Bake& bake, Context& context) {
-  PlaySpace all;
-  std::vector<float> area(2 * std::size_t{scene.triangleCount()}, 0.0f);  // by side
-  for (const Instance& instance : scene.instances) {
-    if (!instance.baked()) continue;
-    for (std::uint32_t t = 0; t < scene.meshes[instance.mesh].triangle.size(); ++t) {
-      const auto c = scene.corners(instance, t);
-      const std::size_t side = 2 * (std::size_t{instance.firstTriangle} + t);
-      area[side] = area[side + 1] = 0.5f * glm::length(glm::cross(c[1] - c[0], c[2] - c[0]));
-    }
-  }
-  all.seenArea = area;
-  all.flags = std::vector<std::uint8_t>(area.size(), PlaySpace::kVisible);
+std::unique_ptr<const SurfelsOnDemand> mapSurfels(const Scene& scene, const Bake& bake, Context& context) {
   std::vector<SurfaceSample> samples(bake.surfels.count());
   for (std::uint32_t s = 0; s < samples.size(); ++s) {
     samples[s].positionWorld = bake.surfels.positionWorld[s];
@@ -142,7 +124,7 @@ SurfelMap mapSurfels(const Scene& scene, const Bake& bake, Context& context) {
     samples[s].point.instance = bake.surfels.instance[s];
     if (isLit(bake.surfels.emission[s])) samples[s].emitter = bake.surfels.instance[s];
   }
-  return buildSurfelMap(scene, all, samples, std::sqrt(bake.surfels.areaEach), context);
+  return std::make_unique<const SurfelsOnDemand>(scene, samples, std::sqrt(bake.surfels.areaEach), context);
 }
 
 std::vector<glm::vec3> surfelRadiances(const Bake& bake, const Relighter& relighter) {
@@ -152,25 +134,29 @@ std::vector<glm::vec3> surfelRadiances(const Bake& bake, const Relighter& religh
   return radiance;
 }
 
-HitLeaf surfelLeaves(const Scene& scene, const SurfelMap& map) {
-  return [&scene, &map](std::span<const Ray>, std::span<const Hit> hits, std::span<std::uint32_t> leaf) {
-    for (std::size_t i = 0; i < hits.size(); ++i) {
-      if (hits[i]) leaf[i] = surfelAt(scene, map, hits[i]);
-    }
-  };
+HitLeaf surfelLeaves(const SurfelsOnDemand& map) {
+  return [&map](std::span<const Ray>, std::span<const Hit> hits, std::span<std::uint32_t> leaf) { map.at(hits, leaf); };
 }
 
-HitRadiance surfelRadiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const SurfelMap& map,
+HitRadiance surfelRadiance(const Bake& bake, const Relighter& relighter, const SurfelsOnDemand& map,
                            HitRadiance other) {
+  constexpr float kEmits = -1.0f;  // in place of a radiance
   std::vector<glm::vec3> radiance = surfelRadiances(bake, relighter);
-  const auto emits = [&bake](std::uint32_t s) { return isLit(bake.surfels.emission[s]); };
-  return [&scene, emits, &map, other = std::move(other), radiance = std::move(radiance)](
+  for (std::uint32_t s = 0; s < radiance.size(); ++s) {
+    if (isLit(bake.surfels.emission[s])) radiance[s].x = kEmits;
+  }
+  return [&map, other = std::move(other), radiance = std::move(radiance)](
              std::uint64_t item, float spread, std::span<const Ray> rays, std::span<const Hit> hits,
              std::span<glm::vec3> found) {
+    std::vector<std::uint32_t> surfel(hits.size());
+    map.at(hits, surfel);
+    for (const std::uint32_t s : surfel) {
+      if (s != kNone) __builtin_prefetch(&radiance[s]);
+    }
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (!hits[i]) continue;
-      const std::uint32_t s = surfelAt(scene, map, hits[i]);
-      if (s != kNone && !emits(s))
+      const std::uint32_t s = surfel[i];
+      if (s != kNone && radiance[s].x != kEmits)
         found[i] = radiance[s];
       else
         other(item, spread, rays.subspan(i, 1), hits.subspan(i, 1), found.subspan(i, 1));

@@ -7,11 +7,12 @@
 #include "bake/preview/surface_cells.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/reference/emitters.h"
-#include "bake/surfels/surfels.h"
+#include "bake/surfels/surfels_on_demand.h"
 #include "relume/bake_data.h"
 #include "relume/relighter.h"
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -35,17 +36,16 @@ HitRadiance linkRadiance(const RayTracer& drawn, std::span<const SceneLight> lig
 PatchRadiance linkPatchRadiance(const RayTracer& drawn, std::span<const SceneLight> lights, const Bake& bake,
                                 const Relighter& relighter, const DrawnEmitters* emitters);
 
-// Which surfel of a bake stands for a hit: the baker's map, which a bake does not keep, made anew as if all sides of
-// all surfaces were seen.
-SurfelMap mapSurfels(const Scene& scene, const Bake& bake, Context& context);
+// Which surfel of a bake stands for a hit: what the baker's map, which a bake does not keep, says if all sides of all
+// surfaces are seen. It refers to the scene alone.
+std::unique_ptr<const SurfelsOnDemand> mapSurfels(const Scene& scene, const Bake& bake, Context& context);
 
 // Radiosity / pi of the surfels that hits lie on: the fastest, and as coarse as the surfels. Hits on surfels that emit,
 // and where there is no surfel, have `other`.
-HitRadiance surfelRadiance(const Scene& scene, const Bake& bake, const Relighter& relighter, const SurfelMap& map,
-                           HitRadiance other);
+HitRadiance surfelRadiance(const Bake& bake, const Relighter& relighter, const SurfelsOnDemand& map, HitRadiance other);
 
 // The surfels of a bake as the leaves that hits lie on; kNone where there is no surfel. All are kept by reference.
-HitLeaf surfelLeaves(const Scene& scene, const SurfelMap& map);
+HitLeaf surfelLeaves(const SurfelsOnDemand& map);
 // Radiance [W/m²/sr] that they send out, emission included, by the light that the relighter has. [Size surfels]
 std::vector<glm::vec3> surfelRadiances(const Bake& bake, const Relighter& relighter);
 

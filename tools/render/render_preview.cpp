@@ -10,6 +10,7 @@
 #include "tools/render/relight_by_rays.h"
 
 #include <chrono>
+#include <memory>
 #include <optional>
 
 namespace relume {
@@ -105,7 +106,7 @@ Result<RenderedFrame> renderPreviewFrame(const RayTracer& transport, const RayTr
   Relit relit, straight;
   std::optional<EmittingTriangles> emitters;
   std::optional<DrawnEmitters> drawnEmitters;
-  std::optional<SurfelMap> surfels;
+  std::unique_ptr<const SurfelsOnDemand> surfels;
   HitRadiance reflected, exact;
   if (request.source == PreviewSource::direct || asked.bake == nullptr) {
     if (asked.drawsEmission()) emitters.emplace(scene, RayGeometry::fixed);
@@ -128,9 +129,9 @@ Result<RenderedFrame> renderPreviewFrame(const RayTracer& transport, const RayTr
     const DrawnEmitters* const byPoints = drawnEmitters ? &*drawnEmitters : nullptr;
     exact = linkRadiance(drawn, asked.lights, *asked.bake, *relit.all, byPoints);
     if (request.source == PreviewSource::surfels) {
-      surfels.emplace(mapSurfels(scene, *asked.bake, context));
+      surfels = mapSurfels(scene, *asked.bake, context);
       if (context.cancelled()) return cancelledError();
-      exact = reflected = surfelRadiance(scene, *asked.bake, *relit.all, *surfels, std::move(exact));
+      exact = reflected = surfelRadiance(*asked.bake, *relit.all, *surfels, std::move(exact));
     } else {
       reflected =
           cellRadiance(transport, exact, linkPatchRadiance(drawn, asked.lights, *asked.bake, *relit.all, byPoints),

@@ -95,7 +95,7 @@ Result<std::unique_ptr<ViewRecords>> ViewRecords::create(const LoadedLevel& leve
 // Records of another sky are of no use.
 void ViewRecords::begin(const Sky& sky) {
   sky_ = sky;
-  live_.emplace(tracer_, surfelLeaves(level_.scene, map_), sky, LivePreview::Options{});
+  live_.emplace(tracer_, surfelLeaves(*map_), sky, LivePreview::Options{});
   isByGl_ = false;
   camera_.reset();
   radiance_.clear();

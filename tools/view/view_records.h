@@ -7,7 +7,7 @@
 #include "bake/preview/live_preview.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/scene/sky.h"
-#include "bake/surfels/surfels.h"
+#include "bake/surfels/surfels_on_demand.h"
 #include "relume/bake/context.h"
 #include "relume/relighter.h"
 #include "relume/result.h"
@@ -71,7 +71,7 @@ class ViewRecords {
 
   const LoadedLevel& level_;
   RayTracer tracer_;
-  SurfelMap map_;
+  std::unique_ptr<const SurfelsOnDemand> map_;
   Context context_;
   Sky sky_;
   GetProcAddress getProcAddress_;
