@@ -2,7 +2,10 @@
 // See render_frame.h.
 #include "tools/render/render_frame.h"
 
+#include "tools/render/kept_shadows.h"
 #include "tools/render/read_sky_map.h"
+
+#include <functional>
 
 namespace relume {
 namespace {
@@ -143,7 +146,8 @@ Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions&
   setup.lights = lights;
   const std::vector<MaterialEmission> emissions = emissionsOf(request);
   setup.materialEmissions = emissions;
-  setup.visibility = visibility;
+  KeptShadows shadows(visibility);
+  if (visibility) setup.visibilityBatch = std::ref(shadows);
   setup.emissionScale = glm::vec3(request.emissive ? 1.0f : 0.0f);
   setup.skyRadiance = request.sky.radiance;
   const std::vector<glm::vec3> patches = skyPatchesOf(request.sky, request.bake->hierarchy.skyDirection.span());
