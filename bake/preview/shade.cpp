@@ -20,9 +20,9 @@ namespace {
 
 constexpr std::uint32_t kShadeStage = 0x72637370;  // the random streams' stage
 constexpr float kInvPi = std::numbers::inv_pi_v<float>;
-constexpr std::uint32_t kRaysAtOnce = 16384;  // of a row, in each thread
-constexpr float kSameNormal = 0.98f;          // cosine within which a sub-pixel shows what its pixel's centre shows
-constexpr float kSamePlane = 1.0f;            // [pixel] off the centre's plane, likewise
+constexpr std::uint32_t kRaysAtOnce = 1024;  // of a row, in each thread; at least one pixel's
+constexpr float kSameNormal = 0.98f;         // cosine within which a sub-pixel shows what its pixel's centre shows
+constexpr float kSamePlane = 1.0f;           // [pixel] off the centre's plane, likewise
 
 std::uint32_t reversedBits(std::uint32_t i) {
   std::uint32_t reversed = 0;
