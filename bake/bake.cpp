@@ -2,22 +2,28 @@
 // The pipeline, as numbered steps: every stage takes what the ones before it made and hands a plain struct on.
 #include "relume/bake/bake.h"
 
+#include "bake/bake_over_rays.h"
 #include "bake/budget/bake_to_error.h"
 #include "bake/budget/choose_sizes.h"
 #include "bake/links/links.h"
 #include "bake/stage_memory.h"
 #include "bake/stages.h"
 
+#include <optional>
 #include <string>
 #include <utility>
 
 namespace relume {
 namespace {
 
-Result<Bake> bakeStages(const Scene& scene, const BakeOptions& asked, Context& context) {
+// rays: to bake with, if there are any, and to leave there; null: built here, and gone before the memory is needed.
+Result<Bake> bakeStages(const Scene& scene, const BakeOptions& asked, Context& context,
+                        std::optional<RayTracer>* rays) {
   // 1. Senders: what gives light, and 2. receivers: where it is gathered (PIC 4.2, 4.3, 4.4)
   const BakeOptions sized = chooseSizes(asked);
-  Result<PlacedLevel> placed = placeLevel(scene, sized, placeStages(sized), context, linkLookups(sized));
+  Result<PlacedLevel> placed =
+      placeLevel(scene, sized, placeStages(sized), context, linkLookups(sized),
+                 rays != nullptr ? std::exchange(*rays, std::nullopt) : std::optional<RayTracer>());
   if (!placed) return placed.error();
   const Result<BakeOptions> chosen = chooseLinks(asked, placed->surfels.surfels, placed->hierarchy, placed->caches);
   if (!chosen) return chosen.error();
@@ -39,6 +45,7 @@ Result<Bake> bakeStages(const Scene& scene, const BakeOptions& asked, Context& c
   // 5. Hand over
   const TestRays test = std::move(placed->test);
   const std::string rayTracer = placed->tracer.description();
+  if (rays != nullptr) rays->emplace(std::move(placed->tracer));
   Result<Bake> bake = handOver(scene, asked, std::move(*placed), std::move(traced->links), rayTracer, context);
   if (!bake) return bake;
 
@@ -52,12 +59,22 @@ Result<Bake> bakeStages(const Scene& scene, const BakeOptions& asked, Context& c
   return bake;
 }
 
+Result<Bake> bakeBy(const Scene& scene, const BakeOptions& options, Context& context, std::optional<RayTracer>* rays) {
+  return guardBake(scene, options, context, [&] {
+    return bakeToError(options, context,
+                       [&](const BakeOptions& sized) { return bakeStages(scene, sized, context, rays); });
+  });
+}
+
 }  // namespace
 
 Result<Bake> bake(const Scene& scene, const BakeOptions& options, Context& context) {
-  return guardBake(scene, options, context, [&] {
-    return bakeToError(options, context, [&](const BakeOptions& sized) { return bakeStages(scene, sized, context); });
-  });
+  return bakeBy(scene, options, context, nullptr);
+}
+
+Result<Bake> bakeOverRays(const Scene& scene, const BakeOptions& options, std::optional<RayTracer>& rays,
+                          Context& context) {
+  return bakeBy(scene, options, context, &rays);
 }
 
 }  // namespace relume

@@ -84,9 +84,9 @@ double linkLookups(const BakeOptions& options) {
 }
 
 Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, const PlaceStages& stages,
-                               Context& context, double mapLookups) {
+                               Context& context, double mapLookups, std::optional<RayTracer> rays) {
   // 0. The ray tracer over the fixed part of the level, and the surfaces that receivers can see
-  auto tracer = buildRays(scene, options, context);
+  auto tracer = rays ? Result<RayTracer>(std::move(*rays)) : buildRays(scene, options, context);
   if (!tracer) return tracer.error();
   auto space = stages.findSpace(*tracer, context);
   if (!space) return space.error();

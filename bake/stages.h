@@ -16,6 +16,7 @@
 
 #include <functional>
 #include <new>
+#include <optional>
 #include <string>
 #include <type_traits>
 
@@ -71,9 +72,11 @@ struct PlaceStages {
 PlaceStages placeStages(const BakeOptions& options);
 
 // Rays, the surfaces that receivers can see, surfels, hierarchy, caches, test rays. The scene must outlive it.
-// mapLookups: about how often the map of surfels will be asked for links; a file needs it whole.
+// mapLookups: about how often the map of surfels will be asked for links; a file needs it whole. rays: of the fixed
+// part of the level; built here where there are none.
 Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, const PlaceStages& stages,
-                               Context& context, double mapLookups = kManyLookups);
+                               Context& context, double mapLookups = kManyLookups,
+                               std::optional<RayTracer> rays = std::nullopt);
 
 // About how often links ask for the surfel of a hit.
 double linkLookups(const BakeOptions& options);

@@ -40,8 +40,8 @@ enum class RayOrder { mixed, coherent };
 // How much work goes into the acceleration structure. thorough: rays are 1.13 times as fast, and building takes four
 // times as long (0.29 s against 0.07 s on 262k triangles), which pays from about ten million rays on. bundles:
 // thorough, and in addition a structure for RayBundle (0.1 s, built on another thread) unless the level is too large
-// for it.
-enum class RayStructure { quick, thorough, bundles };
+// for it; quickBundles: quick, and that.
+enum class RayStructure { quick, thorough, bundles, quickBundles };
 
 // Which instances rays meet. fixed: those that are baked. drawn: dynamic ones, too.
 enum class RayGeometry { fixed, drawn };

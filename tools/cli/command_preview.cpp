@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // `relume preview`: what a shot looks like, before any bake or with one at hand, by radiance records.
+#include "bake/bake_over_rays.h"
 #include "bake/base/memory_budget.h"
 #include "bake/preview/hsh_cells.h"
 #include "bake/preview/mirror_surface.h"
@@ -31,6 +32,7 @@
 #include <chrono>
 #include <cstdio>
 #include <functional>
+#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -78,19 +80,13 @@ Status reserveFrame(const View& view, const LayerFiles& layers, const PreviewOpt
       std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels", "lower --size or --max-records");
 }
 
-// The bake that is named, or a draft made here; nothing where the rays are to find direct light alone.
-Result<std::optional<Bake>> findBake(const PreviewArguments& arguments, const Scene& scene, PreviewSource& source,
-                                     Context& context) {
-  if (source == PreviewSource::direct) return std::optional<Bake>();
-  if (!arguments.bake.empty()) {
-    auto loaded = readBakeOf(scene, arguments.bake, arguments.scene, arguments.allowStale, context);
-    if (!loaded) return loaded.error();
-    return std::optional<Bake>(std::move(*loaded));
-  }
+// A draft over rays that are there; nothing, and `source` is direct, where none can be made. The rays are gone then.
+Result<std::optional<Bake>> makeDraft(const PreviewArguments& arguments, const Scene& scene,
+                                      std::optional<RayTracer>& rays, PreviewSource& source, Context& context) {
   // What a draft has to say of texels and faces is for who bakes.
   std::function<void(Severity, std::string_view)> listener;
   std::swap(listener, context.onMessage);
-  auto draft = bake(scene, presetOptions(Preset::draft), context);
+  auto draft = bakeOverRays(scene, presetOptions(Preset::draft), rays, context);
   std::swap(listener, context.onMessage);
   if (draft) return std::optional<Bake>(std::move(*draft));
   if (context.cancelled() || arguments.source != "auto") return draft.error();
@@ -105,28 +101,60 @@ bool hasDynamicParts(const Scene& scene) {
                      [](const Instance& instance) { return !instance.baked(); });
 }
 
+// Larger pictures cast so many rays that they gain what a thorough structure costs.
+RayStructure structureFor(const View& view, const PreviewOptions& options) {
+  constexpr std::uint64_t kMany = 1u << 18;  // [pixels]
+  const bool isLarge = std::uint64_t{view.width} * view.height >= kMany && options.timeLimitSeconds == 0.0f;
+  return isLarge ? RayStructure::bundles : RayStructure::quickBundles;
+}
+
 Result<RayTracer> traceThrough(const Scene& scene, RayStructure structure, RayGeometry geometry, Context& context) {
+  context.progress("rays", 0.0);
   if (Status ok = reserveRays(scene, structure, context, geometry); !ok) return ok.error();
   return RayTracer::create(scene, BakeOptions{}.embreeIsa, context, structure, geometry);
 }
 
-// Rays of two kinds, which are one where nothing is dynamic.
-struct Tracers {
-  RayTracer transport;
-  std::optional<RayTracer> withDynamic;
-  const RayTracer& drawn() const { return withDynamic ? *withDynamic : transport; }
+// What a picture is made from. Rays are of two kinds, which are one where nothing is dynamic.
+struct Level {
+  std::optional<Bake> bake;  // none where rays are to find direct light alone
+  std::optional<RayTracer> transport, withDynamic;
+  const RayTracer& drawn() const { return withDynamic ? *withDynamic : *transport; }
 };
 
-Result<Tracers> makeTracers(const Scene& scene, Context& context) {
-  context.progress("rays", 0.0);
-  auto transport = traceThrough(scene, RayStructure::bundles, RayGeometry::fixed, context);
+// Rays, and the bake that is named or a draft made here. A bake is read while rays are built.
+Result<Level> makeLevel(const PreviewArguments& arguments, const Scene& scene, RayStructure structure,
+                        PreviewSource& source, Context& context) {
+  Level level;
+  const bool isNamed = source != PreviewSource::direct && !arguments.bake.empty();
+  std::optional<Result<Bake>> read;
+  const auto readBake = [&] {
+    read = readBakeOf(scene, arguments.bake, arguments.scene, arguments.allowStale, context);
+  };
+  std::future<void> reading;
+  if (isNamed) reading = std::async(context.threads == 1 ? std::launch::deferred : std::launch::async, readBake);
+  auto transport = traceThrough(scene, structure, RayGeometry::fixed, context);
+  if (isNamed) {
+    reading.get();
+    if (!*read) return read->error();
+    level.bake.emplace(std::move(**read));
+  }
   if (!transport) return transport.error();
-  Tracers tracers{std::move(*transport), std::nullopt};
-  if (!hasDynamicParts(scene)) return tracers;
+  level.transport.emplace(std::move(*transport));
+  if (source != PreviewSource::direct && !isNamed) {
+    auto draft = makeDraft(arguments, scene, level.transport, source, context);
+    if (!draft) return draft.error();
+    level.bake = std::move(*draft);
+    if (!level.transport) {
+      auto again = traceThrough(scene, structure, RayGeometry::fixed, context);
+      if (!again) return again.error();
+      level.transport.emplace(std::move(*again));
+    }
+  }
+  if (!hasDynamicParts(scene)) return level;
   auto drawn = traceThrough(scene, RayStructure::thorough, RayGeometry::drawn, context);
   if (!drawn) return drawn.error();
-  tracers.withDynamic.emplace(std::move(*drawn));
-  return tracers;
+  level.withDynamic.emplace(std::move(*drawn));
+  return level;
 }
 
 void printReport(const PreviewReport& report, const std::vector<std::string>& written, const LayerFiles& layers,
@@ -221,7 +249,7 @@ int runPreview(const PreviewArguments& arguments) {
   CommandFiles files = filesOf(arguments, layers);
   if (Status ok = checkOutputs(files, context); !ok) return fail(ok.error());
 
-  // 2. The scene, and a bake of it
+  // 2. The scene, its rays, and a bake of it
   const auto begin = std::chrono::steady_clock::now();
   auto scene = loadScene(arguments.scene, context, toImportOptions(arguments.sceneOptions));
   if (!scene) return fail(scene.error());
@@ -231,17 +259,15 @@ int runPreview(const PreviewArguments& arguments) {
   setView(*view, request.frame);
   auto driven = readEmissions(arguments.emissions, context);
   if (!driven) return fail(driven.error());
-  const auto baked = findBake(arguments, *scene, request.source, context);
-  if (!baked) return fail(baked.error());
-  request.frame.bake = *baked ? &**baked : nullptr;
+  const auto level = makeLevel(arguments, *scene, structureFor(*view, request.options), request.source, context);
+  if (!level) return fail(level.error());
+  request.frame.bake = level->bake ? &*level->bake : nullptr;
   if (Status ok = driveScene(*scene, *driven, request.frame.emissive || driven->empty()); !ok) return fail(ok.error());
   request.frame.driven = std::move(*driven);
 
   // 3. Draw and write
-  const auto tracers = makeTracers(*scene, context);
-  if (!tracers) return fail(tracers.error());
   PreviewReport report;
-  const auto frame = renderPreviewFrame(tracers->transport, tracers->drawn(), request, report, context);
+  const auto frame = renderPreviewFrame(*level->transport, level->drawn(), request, report, context);
   terminal.finish();
   if (!frame) return fail(frame.error());
   const PictureScale scale = scaleOf(*frame, *aovs, *stops, boundsOf(*scene));
