@@ -2,6 +2,7 @@
 // Frames of fewer pixels while what is seen moves: alike in light, and whole again as soon as it rests.
 #include "tests/view/session_fixture.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace relume {
@@ -57,8 +58,11 @@ TEST_F(CoarseSession, isWholeOnceTheViewRests) {
   EXPECT_NEAR(brightness_, whole, 1e-3 * whole);
 
   // So has one while a light is dragged; not where that is switched off, frames are quick or a picture is taken.
+  const auto lit = std::find_if(session_->state.lights.begin(), session_->state.lights.end(),
+                                [](const ViewedLight& light) { return light.on; });
+  ASSERT_NE(lit, session_->state.lights.end());
   const auto isCoarse = [&](bool slow) {
-    session_->state.lights[0].light.positionWorld.x += 1e-6f;
+    lit->light.positionWorld.x += 1e-5f;
     if (slow) return isEnlarged(slowFrame());
     session_->coarse.tell(1.0, false);
     frame();
