@@ -1,18 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """bindings/python against librelume: light of a bake, arrays in place, visibility in batches, bad input, the layout of structs,
-a wheel with the library inside, the examples; live_test.py has what needs no bake.
+a wheel with the library inside; examples_test.py runs the examples, live_test.py has what needs no bake.
 
     relume_test.py RELUME LEVEL HEADERS      with RELUME_LIBRARY and PYTHONPATH in the environment
 """
 import _thread
 import ctypes
 import glob
-import json
 import os
-import re
 import shutil
-import struct
 import subprocess
 import sys
 import tempfile
@@ -250,6 +247,54 @@ class Light(unittest.TestCase):
                 self.relighter.relight(materials={name: numpy.ones((2, 2, 3))})
 
 
+class Moving(unittest.TestCase):
+    """A box over the floor of the living room."""
+    AT = numpy.float32([(1, 0, 0, 2.5), (0, 1, 0, 0.8), (0, 0, 1, 3.0)])
+
+    @staticmethod
+    def box(albedo):
+        corners = [(x, y, z) for z in (-0.4, 0.4) for y in (-0.4, 0.4) for x in (-0.4, 0.4)]
+        faces = [(0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6)]
+        return relume.MovingMesh(corners, [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))], albedo)
+
+    def test_a_box_hides_light_and_throws_its_colour(self):
+        bake = relume.Bake(BAKE)
+        with relume.MovingShapes([self.box((0, 0, 0)), self.box([(0.9, 0, 0)] * 12)]) as shapes:
+            found = []
+            for parts in ((), [(0, self.AT)], [(1, self.AT)]):
+                relighter = relume.Relighter(bake, moving_parts=1, moving_lag=1)
+                relighter.relight([SUN], bounce_scale=0, moving_shapes=shapes, moving_parts=parts)
+                found.append(relighter.irradiance_map()[..., :3].astype(float))
+        plain = relume.Relighter(bake)
+        plain.relight([SUN], bounce_scale=0)
+        without, black, red = found
+        self.assertLess((black - without).min(), -0.3)
+        self.assertLess((black - without).max(), 1e-3)
+        thrown = red - black
+        self.assertGreater(thrown[..., 0].max(), 0.3)
+        self.assertLess(numpy.abs(thrown[..., 1:]).max(), 2e-3)
+        numpy.testing.assert_array_equal(without, plain.irradiance_map()[..., :3])
+
+    def test_what_is_wrong_is_said(self):
+        bake = relume.Bake(BAKE)
+        relighter, shapes = relume.Relighter(bake, moving_parts=1), relume.MovingShapes([self.box((1, 1, 1))])
+        parts = [(0, self.AT)]
+        for text, call in (
+                ('without movingShapes', lambda: relighter.relight(moving_parts=parts)),
+                ('expected at most 1', lambda: relighter.relight(moving_shapes=shapes, moving_parts=2 * parts)),
+                ('shape is 1', lambda: relighter.relight(moving_shapes=shapes, moving_parts=[(1, None)])),
+                ('movingParts is 257', lambda: relume.Relighter(bake, moving_parts=257)),
+                ('triangle', lambda: relume.MovingShapes([relume.MovingMesh([UP], [(0, 0, 1)])])),
+                ('albedo', lambda: relume.MovingShapes([relume.MovingMesh([UP], [(0, 0, 0)], albedo=2 * [UP])]))):
+            with self.assertRaisesRegex(relume.RelumeError, text):
+                call()
+        with self.assertRaisesRegex(ValueError, 'matrix'):
+            relighter.relight(moving_shapes=shapes, moving_parts=[(0, numpy.eye(2))])
+        shapes.close()
+        with self.assertRaisesRegex(ValueError, 'closed'):
+            relighter.relight(moving_shapes=shapes, moving_parts=parts)
+
+
 class BadInput(unittest.TestCase):
     def test_files(self):
         with self.assertRaisesRegex(relume.RelumeError, '/no/such.relume') as caught:
@@ -286,68 +331,6 @@ class BadInput(unittest.TestCase):
             relighter.relight([])
 
 
-def without_parts(names):
-    """The level, its nodes of some names without their meshes: a .glb beside the bake."""
-    with open(LEVEL, 'rb') as file:
-        data = file.read()
-    length, = struct.unpack_from('<I', data, 12)
-    document = json.loads(data[20:20 + length])
-    for node in document['nodes']:
-        if node.get('name') in names:
-            del node['mesh']
-            node.pop('extras', None)
-    text = json.dumps(document).encode()
-    text += b' ' * (-len(text) % 4)
-    rest = data[20 + length:]
-    path = os.path.join(WORK.name, 'edited.glb')
-    with open(path, 'wb') as file:
-        file.write(data[:8] + struct.pack('<III', 20 + len(text) + len(rest), len(text), 0x4E4F534A) + text + rest)
-    return path
-
-
-class Example(unittest.TestCase):
-    def test_that_of_the_readme(self):
-        with open(os.path.join(PACKAGE, 'README.md'), encoding='utf8') as file:
-            blocks = re.findall(r'^```python\n(.*?)^```$', file.read(), re.MULTILINE | re.DOTALL)
-        self.assertEqual(len(blocks), 2)
-        done = subprocess.run([sys.executable, '-B', '-c', ''.join(blocks)], cwd=WORK.name, capture_output=True, text=True, check=False)
-        self.assertEqual(done.returncode, 0, done.stderr)
-
-    def test_a_wall_is_taken_away(self):
-        example = os.path.join(PACKAGE, 'examples/edits.py')
-        old, edited = (os.path.join(WORK.name, name) for name in ('old.relume', 'edited.relume'))
-        for level, bake in ((LEVEL, old), (without_parts({'living_wall_east', 'hall_wall_west', 'doorway'}), edited)):
-            subprocess.run([RELUME, 'bake', level, '-o', bake, '--preset', 'draft'], check=True, capture_output=True)
-        # The example's own lights and shadows, and the bake that one would wait for.
-        truth = (f'import sys; sys.argv = ["edits.py", {LEVEL!r}, {old!r}]; sys.path.insert(0, {os.path.dirname(example)!r})\n'
-                 f'exec(open({example!r}).read())\n'
-                 f'new = relume.Relighter(relume.Bake({edited!r}))\n'
-                 'for _ in range(24): new.relight([lamp], shadows, emission_scale=0)\n'
-                 'truth = new.irradiance_in_grid(walk, up)\n'
-                 'print("error", *(((light - truth) ** 2).mean() ** 0.5 / truth.mean() for light in (stale, corrected)))')
-        done = subprocess.run([sys.executable, '-B', '-c', truth], capture_output=True, text=True, check=False)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        stale, corrected = (float(word) for word in done.stdout.split('error')[1].split())
-        self.assertLess(corrected, 0.7 * stale, done.stdout)
-
-    def test_light_along_a_walk(self):
-        with tempfile.TemporaryDirectory() as folder:
-            picture = os.path.join(folder, 'corridor.png')
-            done = subprocess.run([sys.executable, '-B', os.path.join(PACKAGE, 'examples/corridor.py'), LEVEL, BAKE, picture],
-                                  capture_output=True, text=True, check=False)
-            self.assertIn('largest difference of the sum', done.stdout, done.stderr)
-            rows = numpy.array([[float(word) for word in line.split()] for line in done.stdout.split('\n')[1:10]])
-            sun, lamp, spot = rows[:, 1:4].T
-            self.assertTrue((rows > 0).all())
-            self.assertGreater(lamp[:5].mean(), 3 * lamp[-3:].mean(), 'the lamp stands in the living room')
-            self.assertGreater(spot[-3:].mean(), 3 * spot[:5].mean(), 'the spot in the hall')
-            numpy.testing.assert_allclose(sun + lamp + spot, rows[:, 4], rtol=0.05)
-            if 'matplotlib is not installed' in done.stderr:
-                self.skipTest('the picture: matplotlib is not installed')
-            self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertGreater(os.path.getsize(picture), 10000)
-
-
 class Package(unittest.TestCase):
     def test_structs_are_those_of_the_header(self):
         compiler = shutil.which('cc')
@@ -356,7 +339,8 @@ class Package(unittest.TestCase):
         structs = {'relume_context_desc': _library.ContextDesc, 'relume_bake_info': _library.BakeInfo,
                    'relume_driven_image': _library.DrivenImage, 'relume_relighter_desc': _library.RelighterDesc,
                    'relume_light': _library.CLight, 'relume_material_emission': _library.MaterialEmission,
-                   'relume_light_setup': _library.LightSetup, 'relume_live_surface': _library.LiveSurface,
+                   'relume_light_setup': _library.LightSetup, 'relume_moving_mesh': _library.CMovingMesh,
+                   'relume_moving_part': _library.MovingPart, 'relume_live_surface': _library.LiveSurface,
                    'relume_live_mesh': _library.LiveMesh, 'relume_live_part': _library.LivePart,
                    'relume_live_edit': _library.LiveEdit, 'relume_live_desc': _library.LiveDesc,
                    'relume_live_frame': _library.LiveFrame, 'relume_live_info': _library.LiveInfo,

@@ -7,7 +7,8 @@
     relighter.relight([relume.Light.directional((0, -1, 0), (9, 8.5, 7.5))])
     relighter.irradiance_in_grid([(0, 1, 0)], [(0, 1, 0)])        # array([[...]], dtype=float32)
 
-LiveLight is light without a bake, EditBlend corrects a bake's light where its level has been edited.
+MovingShapes are things that move through a level. LiveLight is light without a bake, EditBlend corrects a bake's light where its
+level has been edited.
 
 Arrays of C-contiguous float32 are handed over as they are, others are copied once. Coordinates are right-handed with +Y up,
 in metres; light is radiometric, in linear red, green, blue. include/relume/relume.h says what everything means.
@@ -17,7 +18,7 @@ each need it alone; reads may run at the same time. A LiveLight is as a relighte
 """
 import ctypes
 import os
-from ctypes import byref, c_float, c_size_t, c_uint, c_void_p, sizeof
+from ctypes import byref, c_size_t, c_uint, c_void_p, sizeof
 from dataclasses import dataclass
 
 import numpy
@@ -28,9 +29,10 @@ from ._library import (BakeInfo, DrivenImage, MaterialEmission, RelighterDesc, R
 from ._lights import Frame, Light
 from .edits import EDITED_PART, EditBlend
 from .live import LiveLight, Mesh, Part, Surface
+from .moving import MovingMesh, MovingShapes, hand_parts
 
-__all__ = ['Bake', 'EDITED_PART', 'EditBlend', 'Light', 'LiveLight', 'Mesh', 'Part', 'Relighter', 'RelumeError', 'ResolveTexture',
-           'Surface', 'version']
+__all__ = ['Bake', 'EDITED_PART', 'EditBlend', 'Light', 'LiveLight', 'Mesh', 'MovingMesh', 'MovingShapes', 'Part', 'Relighter',
+           'RelumeError', 'ResolveTexture', 'Surface', 'version']
 
 
 def version():
@@ -110,17 +112,19 @@ class Relighter(Handle):
     """The light of a bake, frame by frame, on the CPU.
 
     luma_bands, chroma_bands: of spherical harmonics; 0 = as the bake recommends. glossy: the light map keeps what
-    glossy_on_lightmap() alone reads. images: {material: (height, width)}, of images that frames put on materials."""
+    glossy_on_lightmap() alone reads. images: {material: (height, width)}, of images that frames put on materials. moving_parts: [0..256]
+    the most of a frame. moving_lag: [1, 2, 4 .. 64] frames within which caches near parts are looked at again; 0 = 32."""
     _destroy = staticmethod(runtime.relume_relighter_destroy)
 
-    def __init__(self, bake, luma_bands=0, chroma_bands=0, glossy=False, images=None):
+    def __init__(self, bake, luma_bands=0, chroma_bands=0, glossy=False, images=None, moving_parts=0, moving_lag=0):
         self.bake = bake  # with its bytes, its context and that one's threads
         self._images = dict(images or {})
         driven = (DrivenImage * max(1, len(self._images)))()
         for image, (material, (height, width)) in zip(driven, self._images.items()):
             image.material, image.width, image.height = material.encode(), width, height
         desc = RelighterDesc(struct_size=sizeof(RelighterDesc), luma_bands=luma_bands, chroma_bands=chroma_bands,
-                             driven_images=driven, driven_image_count=len(self._images), glossy=int(glossy))
+                             driven_images=driven, driven_image_count=len(self._images), glossy=int(glossy),
+                             moving_parts=moving_parts, moving_lag=moving_lag)
         relighter = c_void_p()
         bake._check(runtime.relume_relighter_create(bake._open(), byref(desc), byref(relighter)))
         self._handle = relighter
@@ -130,7 +134,7 @@ class Relighter(Handle):
             raise RelumeError(status, runtime.relume_relighter_error(self._handle).decode())
 
     def relight(self, lights=(), visibility=None, *, surfel_irradiance=None, surfel_emission=None, sky_patches=None,
-                sky_radiance=0.0, emission_scale=1.0, bounce_scale=1.0, materials=None):
+                sky_radiance=0.0, emission_scale=1.0, bounce_scale=1.0, materials=None, moving_shapes=None, moving_parts=()):
         """One frame. A setup that is refused leaves last frame's light.
 
         visibility(light, positions, normals): shares [0..1] of a light, by its index, that reach points, of shape (n,); the
@@ -138,7 +142,8 @@ class Relighter(Handle):
         several threads. None = nothing is in shadow.
         surfel_irradiance: [W/m2] (surfels, 3), the host's own direct light in place of the lights. surfel_emission: [W/m2/sr]
         (surfels, 3). sky_patches: [W/m2/sr] (sky_patches, 3), or sky_radiance for all of the sky. materials: {name: colour, or
-        image of shape (height, width, 3), as declared} [W/m2/sr] in place of what they were baked with."""
+        image of shape (height, width, 3), as declared} [W/m2/sr] in place of what they were baked with. moving_parts: (shape, matrix)
+        each, which of moving_shapes stand where, as Part has its to_world; visibility answers for points on them as well."""
         info = self.bake.info
         frame = Frame(lights, visibility)
         setup = frame.setup
@@ -157,6 +162,7 @@ class Relighter(Handle):
         setup.bounce_scale = bounce_scale
         if materials:
             self._drive(frame, materials)
+        hand_parts(frame, moving_shapes, moving_parts)
         status = runtime.relume_relight(self._open(), byref(setup))
         frame.raise_first(self.bake._context)
         self._check(status)

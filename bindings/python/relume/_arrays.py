@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Arrays as the library takes them: handed over as they are where they fit, copied once where not."""
 import ctypes
-from ctypes import c_float
+from ctypes import c_float, c_uint
 
 import numpy
 
@@ -54,3 +54,25 @@ def same_length(**arrays):
     lengths = {name: len(array) for name, array in arrays.items() if array is not None}
     if len(set(lengths.values())) > 1:
         raise ValueError('arrays of one length expected: ' + ', '.join(f'{n} has {k}' for n, k in lengths.items()))
+
+
+def indices(name, values, shape, limit):
+    """C-contiguous uint32 of a shape, of which 0 stands for any length."""
+    array = numpy.asarray(values)
+    if array.ndim != len(shape) or any(want not in (0, have) for want, have in zip(shape, array.shape)):
+        raise ValueError(f'{name}: shape {tuple(n or "n" for n in shape)} expected, {array.shape} found')
+    if array.size and (array.dtype.kind not in 'iu' or array.min() < 0 or array.max() >= limit):
+        raise ValueError(f'{name}: whole numbers from 0 to {limit - 1} expected')
+    return numpy.ascontiguousarray(array, dtype=numpy.uint32)
+
+
+def axes(name, matrix):
+    """Twelve floats of a matrix for columns: its x, y and z axes, then the place."""
+    array = numpy.eye(4) if matrix is None else numpy.asarray(matrix, dtype=numpy.float32)
+    if array.shape not in ((3, 4), (4, 4)):
+        raise ValueError(f'{name}: a matrix of shape (3, 4) or (4, 4) expected, {array.shape} found')
+    return (c_float * 12)(*array[:3].T.ravel().tolist())
+
+
+def uints(array):
+    return array.ctypes.data_as(ctypes.POINTER(c_uint))

@@ -41,7 +41,9 @@ class DrivenImage(Structure):
 class RelighterDesc(Structure):
     _fields_ = [('struct_size', c_size_t), ('backend', c_int), ('luma_bands', c_int), ('chroma_bands', c_int),
                 ('visibility_glsl', c_char_p), ('get_proc_address', c_void_p), ('get_proc_address_user', c_void_p),
-                ('driven_images', POINTER(DrivenImage)), ('driven_image_count', c_size_t), ('glossy', c_int)]
+                ('driven_images', POINTER(DrivenImage)), ('driven_image_count', c_size_t), ('glossy', c_int),
+                ('grid_texture', c_int), ('grid_trust', c_float), ('grid_texture_bytes', c_uint), ('moving_parts', c_uint),
+                ('moving_lag', c_uint)]
 
 
 class CLight(Structure):
@@ -54,12 +56,23 @@ class MaterialEmission(Structure):
                 ('texture', c_uint)]
 
 
+class CMovingMesh(Structure):
+    _fields_ = [('positions', POINTER(c_float)), ('position_count', c_size_t), ('triangles', POINTER(c_uint)),
+                ('triangle_count', c_size_t), ('albedo', POINTER(c_float)), ('albedo_count', c_size_t),
+                ('emission', POINTER(c_float)), ('emission_count', c_size_t)]
+
+
+class MovingPart(Structure):
+    _fields_ = [('shape', c_uint), ('to_world', c_float * 12)]
+
+
 class LightSetup(Structure):
     _fields_ = [('struct_size', c_size_t), ('lights', POINTER(CLight)), ('light_count', c_size_t),
                 ('visibility', Visibility), ('visibility_user', c_void_p), ('surfel_irradiance', POINTER(c_float)),
                 ('surfel_emission', POINTER(c_float)), ('sky_patches', POINTER(c_float)), ('sky_radiance', c_float * 3),
                 ('emission_scale', c_float * 3), ('bounce_scale', c_float),
-                ('material_emissions', POINTER(MaterialEmission)), ('material_emission_count', c_size_t)]
+                ('material_emissions', POINTER(MaterialEmission)), ('material_emission_count', c_size_t),
+                ('moving_parts', POINTER(MovingPart)), ('moving_part_count', c_size_t), ('moving_shapes', c_void_p)]
 
 
 class ResolveTextureInfo(Structure):
@@ -156,6 +169,8 @@ _FUNCTIONS = {  # name: (result, arguments)
     'relume_resolve_glsl': (c_int, [c_void_p, c_char_p, c_size_t, POINTER(c_size_t)]),
     'relume_coefficients_per_cache': (c_uint, [c_void_p]),
     'relume_cache_coefficients': (c_int, [c_void_p, _FLOATS, c_size_t]),
+    'relume_moving_shapes_create': (c_int, [c_void_p, POINTER(CMovingMesh), c_size_t, POINTER(c_void_p)]),
+    'relume_moving_shapes_destroy': (None, [c_void_p]),
     'relume_live_create': (c_int, [c_void_p, POINTER(LiveDesc), POINTER(c_void_p)]),
     'relume_live_destroy': (None, [c_void_p]),
     'relume_live_error': (c_char_p, [c_void_p]),

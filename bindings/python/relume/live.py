@@ -9,13 +9,12 @@
 
 docs/guide/embedding.md has what it is for, docs/notes/live.md its errors.
 """
-import ctypes
-from ctypes import byref, c_float, c_int, c_uint, c_void_p, sizeof
+from ctypes import byref, c_float, c_int, c_void_p, sizeof
 from dataclasses import dataclass
 
 import numpy
 
-from ._arrays import floats, output, pointer, same_length, three
+from ._arrays import axes, floats, indices, output, pointer, same_length, three, uints
 from ._handles import Context, Handle
 from ._library import LiveDesc, LiveEdit, LiveFrame, LiveInfo, LiveMesh, LivePart, LiveSurface, RelumeError, runtime
 from ._lights import Frame
@@ -47,28 +46,6 @@ class Part:
     moves: bool = False
 
 
-def _indices(name, values, shape, limit):
-    """C-contiguous uint32 of a shape, of which 0 stands for any length."""
-    array = numpy.asarray(values)
-    if array.ndim != len(shape) or any(want not in (0, have) for want, have in zip(shape, array.shape)):
-        raise ValueError(f'{name}: shape {tuple(n or "n" for n in shape)} expected, {array.shape} found')
-    if array.size and (array.dtype.kind not in 'iu' or array.min() < 0 or array.max() >= limit):
-        raise ValueError(f'{name}: whole numbers from 0 to {limit - 1} expected')
-    return numpy.ascontiguousarray(array, dtype=numpy.uint32)
-
-
-def _axes(name, matrix):
-    """Twelve floats of a matrix for columns: its x, y and z axes, then the place."""
-    array = numpy.eye(4) if matrix is None else numpy.asarray(matrix, dtype=numpy.float32)
-    if array.shape not in ((3, 4), (4, 4)):
-        raise ValueError(f'{name}: a matrix of shape (3, 4) or (4, 4) expected, {array.shape} found')
-    return (c_float * 12)(*array[:3].T.ravel().tolist())
-
-
-def _uints(array):
-    return array.ctypes.data_as(ctypes.POINTER(c_uint))
-
-
 class LiveLight(Handle):
     """Light of a level of surfaces, meshes and parts, which are copied.
 
@@ -93,13 +70,13 @@ class LiveLight(Handle):
         kept, read = [], []  # until relume_live_create() has read them
         for i, mesh in enumerate(meshes):
             p = floats(f'meshes[{i}].positions', mesh.positions, 3)
-            t = _indices(f'meshes[{i}].triangles', mesh.triangles, (0, 3), 2 ** 32)
+            t = indices(f'meshes[{i}].triangles', mesh.triangles, (0, 3), 2 ** 32)
             s = mesh.surfaces if numpy.ndim(mesh.surfaces) else numpy.full(len(t), mesh.surfaces)
-            s = _indices(f'meshes[{i}].surfaces', s, (len(t),), 2 ** 32)
+            s = indices(f'meshes[{i}].surfaces', s, (len(t),), 2 ** 32)
             kept += [p, t, s]
-            read.append(LiveMesh(pointer(p), len(p), _uints(t), len(t), _uints(s)))
+            read.append(LiveMesh(pointer(p), len(p), uints(t), len(t), uints(s)))
         desc.meshes, desc.mesh_count = (LiveMesh * len(read))(*read), len(read)
-        desc.parts = (LivePart * len(parts))(*[LivePart(part.mesh, _axes(f'parts[{i}].to_world', part.to_world), int(part.moves))
+        desc.parts = (LivePart * len(parts))(*[LivePart(part.mesh, axes(f'parts[{i}].to_world', part.to_world), int(part.moves))
                                                for i, part in enumerate(parts)])
         desc.part_count = len(parts)
         if box is not None:
@@ -133,13 +110,13 @@ class LiveLight(Handle):
         """Where the moving parts are now, all of them in their order: matrices as Part has them."""
         if len(to_world) != self._moving:
             raise ValueError(f'to_world: {self._moving} matrices expected, {len(to_world)} found')
-        numbers = [number for i, matrix in enumerate(to_world) for number in _axes(f'to_world[{i}]', matrix)]
+        numbers = [number for i, matrix in enumerate(to_world) for number in axes(f'to_world[{i}]', matrix)]
         self._check(runtime.relume_live_move(self._open(), (c_float * len(numbers))(*numbers), len(to_world)))
         self._raise_interrupt()
 
     def edit(self, parts):
         """{part: matrix} of standing parts that are placed elsewhere, by their index; None in place of the matrix = taken away."""
-        edits = (LiveEdit * len(parts))(*[LiveEdit(part, _axes(f'parts[{part}]', matrix), int(matrix is not None))
+        edits = (LiveEdit * len(parts))(*[LiveEdit(part, axes(f'parts[{part}]', matrix), int(matrix is not None))
                                           for part, matrix in parts.items()])
         self._check(runtime.relume_live_edit_parts(self._open(), edits, len(edits)))
         self._raise_interrupt()

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+"""Things that move through a baked level: they shadow the light that its surfaces send to each other, and throw their colour.
+
+    shapes = relume.MovingShapes([relume.MovingMesh(positions, triangles, (0.4, 0.25, 0.12))])    # once
+    relighter = relume.Relighter(bake, moving_parts=8)                                            # the most of a frame
+    relighter.relight([lamp], shadows, moving_shapes=shapes, moving_parts=[(0, crate_to_world)])
+
+docs/guide/embedding.md has what they do, docs/notes/moving.md errors and times.
+"""
+from ctypes import byref, c_void_p
+from dataclasses import dataclass
+
+import numpy
+
+from ._arrays import axes, floats, indices, pointer, uints
+from ._handles import Context, Handle
+from ._library import CMovingMesh, MovingPart, RelumeError, runtime
+
+
+@dataclass
+class MovingMesh:
+    """A rigid mesh in axes of its own. albedo, emission: of the whole, or one for each triangle, (m, 3)."""
+    positions: object  # [m] (n, 3)
+    triangles: object  # (m, 3) indices of positions, the front counter-clockwise
+    albedo: object = (0.5, 0.5, 0.5)  # [0..1]
+    emission: object = None           # [W/m2/sr] of the fronts
+
+
+class MovingShapes(Handle):
+    """Meshes as shapes that frames place; any relighters may share them. RelumeError: names mesh, vertex or triangle."""
+    _destroy = staticmethod(runtime.relume_moving_shapes_destroy)
+
+    def __init__(self, meshes):
+        self._context = Context(1)
+        kept, read = [], []  # until relume_moving_shapes_create() has read them
+        for i, mesh in enumerate(meshes):
+            p = floats(f'meshes[{i}].positions', mesh.positions, 3)
+            t = indices(f'meshes[{i}].triangles', mesh.triangles, (0, 3), 2 ** 32)
+            albedo, emission = (floats(f'meshes[{i}].{name}', numpy.zeros((0, 3)) if value is None else numpy.atleast_2d(value), 3)
+                                for name, value in (('albedo', mesh.albedo), ('emission', mesh.emission)))
+            kept += [p, t, albedo, emission]
+            read.append(CMovingMesh(pointer(p), len(p), uints(t), len(t), pointer(albedo), len(albedo), pointer(emission),
+                                     len(emission)))
+        shapes = c_void_p()
+        status = runtime.relume_moving_shapes_create(self._context._handle, (CMovingMesh * len(read))(*read), len(read),
+                                                     byref(shapes))
+        self._handle = shapes
+        if status:
+            raise RelumeError(status, runtime.relume_context_error(self._context._handle).decode())
+
+
+def hand_parts(frame, shapes, parts):
+    """The parts of a frame, (shape, matrix) each, into its setup."""
+    handed = (MovingPart * len(parts))(*[MovingPart(shape, axes(f'moving_parts[{i}]', matrix))
+                                         for i, (shape, matrix) in enumerate(parts)])
+    frame.kept += [handed, shapes]
+    frame.setup.moving_parts, frame.setup.moving_part_count = handed, len(parts)
+    if shapes is not None:
+        frame.setup.moving_shapes = shapes._open()
