@@ -4,6 +4,8 @@
 
 #include "bake/base/parallel.h"
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,6 +14,8 @@ namespace relume {
 namespace {
 
 constexpr float kRadiusRounding = 1.0f + 1e-5f;  // keeps rounding errors from cutting a search's radius short
+// By how much a cost may be below the squared distance: of itself, and of squared spacings.
+constexpr float kCostRounding = 1.0f + 1e-5f, kCostRoundings = 4e-6f;
 constexpr float kRoundings = 4.0f * std::numeric_limits<float>::epsilon();  // the same, of coordinates
 
 }  // namespace
@@ -19,11 +23,15 @@ constexpr float kRoundings = 4.0f * std::numeric_limits<float>::epsilon();  // t
 std::uint32_t SortedSurfels::best(const MapPoint& point, float reach) const {
   const glm::vec3& p = point.positionWorld;
   const float slack = kRoundings * std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  const float roundings = kCostRoundings * spacing * spacing;
   float bestCost = kNoMapping;
   std::uint32_t found = kNone;
   const auto search = [&](float radius) {
     grid.forEachRunIn(grid.boxAround(p, radius * kRadiusRounding + slack), [&](std::uint32_t begin, std::uint32_t end) {
       for (std::uint32_t i = begin; i < end; ++i) {
+        // Most are too far away to be better, whatever else they cost.
+        const glm::vec3 apart = surfel[i].positionWorld - p;
+        if (glm::dot(apart, apart) > bestCost * kCostRounding + roundings) continue;
         const float cost = mapCost(point, surfel[i], spacing, reach);
         if (!(cost < kNoMapping) || cost > bestCost || (cost == bestCost && id[i] >= found)) continue;
         bestCost = cost;
