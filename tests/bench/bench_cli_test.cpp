@@ -45,7 +45,7 @@ TEST_F(Bench, measuresLightWithoutABake) {
                                       "--repeat", "3",           "--bakes",
                                       "2",        "--threads",   "1,2",
                                       "--force",  "--markdown",  (folder_ / "live.md").string(),
-                                      "--json"};
+                                      "--json",   "--backend",   "cpu"};
   const ProgramResult result = run(live);
   ASSERT_EQ(result.status, 0) << result.err;
   const nlohmann::json figures = nlohmann::json::parse(result.out).at("live");
@@ -147,6 +147,29 @@ TEST_F(Bench, measuresVolumesThatFollowTheEye) {
   const nlohmann::json& passes = report.at("live").at("relight").at(0).at("passes");
   for (const char* pass : {"eye voxelise", "eye cells", "eye frame"})
     EXPECT_GT(passes.at(pass).at("minMs").get<double>(), 0.0) << pass;
+}
+
+TEST_F(Bench, measuresLightWithoutABakeInOpenGl) {
+  std::vector<std::string> few{kLevel,    "--live", "--live-cells",    "8", "--live-rays", "8",  "--repeat", "3",
+                               "--bakes", "1",      "--live-cascades", "2", "--backend",   "gl", "--json"};
+  const ProgramResult result = run(few);
+  if (result.status == 5) GTEST_SKIP() << result.err;
+  ASSERT_EQ(result.status, 0) << result.err;
+  const nlohmann::json report = nlohmann::json::parse(result.out);
+  EXPECT_FALSE(report.at("renderer").get<std::string>().empty());
+  EXPECT_GT(report.at("live").at("caches").get<int>(), 10);
+  ASSERT_EQ(report.at("live").at("relight").size(), 1u);
+  const nlohmann::json& times = report.at("live").at("relight").at(0);
+  EXPECT_EQ(times.at("backend"), "gl");
+  for (const char* pass : {"voxelise", "direct", "bounce", "gather", "frame", "edit cells", "eye cells", "eye frame"})
+    EXPECT_GT(times.at("passes").at(pass).at("minMs").get<double>(), 0.0) << pass;
+  EXPECT_GT(times.at("bufferBytes").at("OpenGL: cell light").get<double>(), 0.0);
+  few.back() = "--live";  // in place of JSON
+  few[13] = "cpu,gl";
+  const ProgramResult both = run(few);
+  ASSERT_EQ(both.status, 0) << both.err;
+  for (const char* words : {"| OpenGL |", "| **all of OpenGL** |", "without shadows"})
+    EXPECT_NE(both.out.find(words), std::string::npos) << words << " in " << both.out;
 }
 
 TEST_F(Bench, refusesWhatMakesNoSense) {

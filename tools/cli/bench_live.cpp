@@ -20,6 +20,7 @@ namespace relume {
 namespace {
 
 constexpr double kFrameSeconds = 1.0 / 60.0;
+const std::string kOnGl = "OpenGL: ";  // of buffers
 
 // Passes by what is done, with their names in the table.
 constexpr std::array<std::pair<const char*, const char*>, 16> kLivePasses{
@@ -61,7 +62,10 @@ std::optional<glm::vec3> eyeOf(const Scene& scene) {
 
 class Measurement {
  public:
-  Measurement(const Scene& scene, const LiveLevelOptions& options) : scene_(scene), options_(options) {
+  // onGl: who lights the voxels, null = the level itself.
+  Measurement(const Scene& scene, const LiveLevelOptions& options, LiveFrames* onGl)
+      : scene_(scene), options_(options), onGl_(onGl) {
+    options_.backend = onGl != nullptr ? BackendKind::gl : BackendKind::cpu;
     for (const SceneLight& light : scene.lights) frame_.lights.push_back(toRuntimeLight(light));
     if (frame_.lights.empty()) frame_.lights.emplace_back().kind = LightKind::directional;
   }
@@ -75,14 +79,14 @@ class Measurement {
       level_.emplace(std::move(*made));
       for (const char* pass : {"pieces", "voxelise", "shadow rays"}) add(pass, pass);
     }
-    return level_->update(frame_, kFrameSeconds);
+    return update();
   }
 
   Status light(int frames, const Context& context) {
     for (int i = 0; i < frames; ++i) {
       if (context.cancelled()) return cancelledError();
       frame_.lights.front().intensity *= i % 2 == 0 ? 0.5f : 2.0f;
-      if (Status ok = level_->update(frame_, kFrameSeconds); !ok) return ok;
+      if (Status ok = update(); !ok) return ok;
       ms_["frame"].push_back(0.0);
       for (const char* pass : {"direct", "bounce", "gather"}) ms_["frame"].back() += add(pass, pass);
     }
@@ -97,7 +101,7 @@ class Measurement {
       if (context.cancelled()) return cancelledError();
       const glm::mat4& home = scene_.instances[part].toWorld;
       frame_.toWorld[part] = i % 2 == 0 ? up * home : home;
-      if (Status ok = level_->update(frame_, kFrameSeconds); !ok) return ok;
+      if (Status ok = update(); !ok) return ok;
       double sum =
           add("edit voxelise", "voxelise") + add("edit shadow rays", "shadow rays") + add("edit cells", "cells");
       for (const char* pass : {"direct", "bounce", "gather"}) sum += timeOf(pass);
@@ -115,7 +119,7 @@ class Measurement {
     for (int i = 0; i < steps; ++i) {
       if (context.cancelled()) return cancelledError();
       frame_.eyeWorld = middle + glm::vec3(i % 2 == 0 ? inner.cell() : 0.0f, 0.0f, 0.0f);
-      if (Status ok = level_->update(frame_, kFrameSeconds); !ok) return ok;
+      if (Status ok = update(); !ok) return ok;
       double sum = timeOf("bounce");
       for (const char* pass : {"voxelise", "cells", "direct", "gather"})
         sum += add((std::string("eye ") + pass).c_str(), pass);
@@ -127,21 +131,34 @@ class Measurement {
   RelightTimes times() {
     RelightTimes times;
     const auto threads = static_cast<int>(options_.threads);
-    times.how = std::to_string(threads) + (threads == 1 ? " thread" : " threads");
-    times.backend = "cpu";
+    times.how = onGl_ != nullptr ? "OpenGL" : std::to_string(threads) + (threads == 1 ? " thread" : " threads");
+    times.backend = onGl_ != nullptr ? "gl" : "cpu";
     times.threads = threads;
     times.bands = "Y3Co3Cg3";
     for (const auto& [pass, title] : kLivePasses) {
-      if (!ms_[pass].empty()) times.passes.push_back(figuresOf(pass, ms_[pass]));
+      // What OpenGL does not do takes no time.
+      const std::vector<double>& ms = ms_[pass];
+      if (std::any_of(ms.begin(), ms.end(), [](double each) { return each > 0.0; }))
+        times.passes.push_back(figuresOf(pass, ms));
     }
     times.buffers = level_->bufferSizes();
+    if (onGl_ == nullptr) return times;
+    for (const auto& [name, bytes] : onGl_->bufferSizes()) times.buffers.emplace_back(kOnGl + name, bytes);
     return times;
   }
-  const LiveLevel& level() const { return *level_; }
+  std::uint32_t voxels() const { return level_->volumes().stats().occupied; }
+  std::uint32_t caches() const { return onGl_ != nullptr ? onGl_->activeCells() : level_->light().activeCells(); }
 
  private:
+  // A frame.
+  Status update() {
+    Status ok = level_->update(frame_, kFrameSeconds);
+    return ok && onGl_ != nullptr ? onGl_->update(*level_, frame_, kFrameSeconds) : ok;
+  }
   double timeOf(const std::string& pass) const {
-    for (const PassTime& time : level_->passTimes()) {
+    std::vector<PassTime> times = onGl_ != nullptr ? onGl_->passTimes() : std::vector<PassTime>();
+    for (const PassTime& each : level_->passTimes()) times.push_back(each);
+    for (const PassTime& time : times) {
       if (time.pass == pass) return time.ms;
     }
     return 0.0;
@@ -153,6 +170,7 @@ class Measurement {
 
   const Scene& scene_;
   LiveLevelOptions options_;
+  LiveFrames* onGl_;
   LiveScene frame_;
   std::optional<LiveLevel> level_;
   std::map<std::string, std::vector<double>> ms_;
@@ -161,25 +179,33 @@ class Measurement {
 }  // namespace
 
 Result<LiveFigures> measureLive(const Scene& scene, const LiveLevelOptions& options, const std::vector<int>& threads,
-                                int makes, int frames, Context& context) {
+                                LiveFrames* onGl, int makes, int frames, Context& context) {
   LiveFigures figures{options};
   const std::optional<std::uint32_t> part = medianPart(scene);
   if (part) {
     figures.edited = scene.instances[*part].node;
     figures.editedTriangles = static_cast<std::uint32_t>(scene.meshes[scene.instances[*part].mesh].triangle.size());
   }
-  for (const int count : threads) {
+  const auto measure = [&](int count, LiveFrames* lights) -> Status {
     figures.options.threads = static_cast<unsigned>(count);
-    Measurement measured(scene, figures.options);
-    if (Status ok = measured.make(makes, context); !ok) return ok.error();
-    if (Status ok = measured.light(frames, context); !ok) return ok.error();
+    Measurement measured(scene, figures.options, lights);
+    if (Status ok = measured.make(makes, context); !ok) return ok;
+    if (Status ok = measured.light(frames, context); !ok) return ok;
     if (part) {
-      if (Status ok = measured.edit(*part, makes, context); !ok) return ok.error();
+      if (Status ok = measured.edit(*part, makes, context); !ok) return ok;
     }
-    if (Status ok = measured.walk(2 * makes, context); !ok) return ok.error();
-    figures.voxels = measured.level().volumes().stats().occupied;
-    figures.caches = measured.level().light().activeCells();
+    if (Status ok = measured.walk(2 * makes, context); !ok) return ok;
+    figures.voxels = measured.voxels();
+    figures.caches = measured.caches();
     figures.times.push_back(measured.times());
+    return done();
+  };
+  for (const int count : threads) {
+    if (Status ok = measure(count, nullptr); !ok) return ok.error();
+  }
+  if (onGl != nullptr) {
+    if (Status ok = measure(figures.options.threads > 0 ? static_cast<int>(figures.options.threads) : 1, onGl); !ok)
+      return ok.error();
   }
   return figures;
 }
@@ -192,6 +218,10 @@ std::string toMarkdown(const LiveFigures& figures) {
   if (!figures.edited.empty())
     text +=
         " Edits move \"" + printable(figures.edited) + "\", " + std::to_string(figures.editedTriangles) + " triangles.";
+  if (figures.times.back().backend == "gl")
+    text +=
+        " OpenGL lights by the GPU's own clock, without shadows, whose maps are the host's; cells and voxels are found "
+        "on the CPU.";
   text += " Median (least), ms.\n\n";
   std::vector<std::string> titles{"pass"};
   for (const RelightTimes& times : figures.times) titles.push_back(times.how);
@@ -205,12 +235,20 @@ std::string toMarkdown(const LiveFigures& figures) {
     text += tableRow(cells);
   }
   text += "\n" + tableHead({"buffer", "MiB"});
-  double sum = 0.0;
-  for (const auto& [name, bytes] : figures.times.front().buffers) {
-    text += tableRow({name, tableNumber(mebibytes(bytes))});
-    sum += mebibytes(bytes);
-  }
-  return text + tableRow({"**all**", "**" + tableNumber(sum) + "**"});
+  const auto list = [&](const RelightTimes& times, const std::string& prefix, const char* all) {
+    double sum = 0.0;
+    for (const auto& [name, bytes] : times.buffers) {
+      if (!name.starts_with(prefix)) continue;
+      text += tableRow({name, tableNumber(mebibytes(bytes))});
+      sum += mebibytes(bytes);
+    }
+    text += tableRow({all, "**" + tableNumber(sum) + "**"});
+  };
+  list(figures.times.front(), "", "**all**");
+  // Beside those that the CPU's light takes
+  if (figures.times.size() > 1 && figures.times.back().backend == "gl")
+    list(figures.times.back(), kOnGl, "**all of OpenGL**");
+  return text;
 }
 
 nlohmann::json toJson(const LiveFigures& figures) {

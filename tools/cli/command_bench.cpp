@@ -91,7 +91,7 @@ std::string describeCommand(const BenchArguments& a) {
   if (!a.relightBands.empty()) text += " --relight-bands " + a.relightBands;
   text += " --repeat " + std::to_string(a.repeat) + " --bakes " + std::to_string(a.bakes);
   text += " --threads " + joined(a.threads);
-  if (!a.live) text += " --backend " + joined(a.backends);
+  text += " --backend " + joined(a.backends);
   if (a.curve) text += " --curve";
   if (!a.curveSurfels.empty()) text += " --curve-surfels " + joined(a.curveSurfels);
   if (!a.curveCaches.empty()) text += " --curve-caches " + joined(a.curveCaches);
@@ -226,7 +226,19 @@ Status measureScene(const BenchArguments& a, Measured& measured) {
   report.scene = printable(scene->name) + ", " + std::to_string(scene->triangleCount()) + " triangles";
   if (a.live) {
     Terminal terminal(a.terminal());
-    auto live = measureLive(*scene, a.liveOptions, a.threads, a.bakes, a.repeat, terminal.context());
+    const OptionalGl gl(wants(a, "gl"));
+    report.renderer = gl.description;
+    std::unique_ptr<LiveFrames> onGl;
+#ifdef RELUME_RENDER_GL
+    if (gl.getProcAddress) {
+      auto frames = liveFramesGl(a.liveOptions.rays);
+      if (!frames) return frames.error();
+      onGl = std::move(*frames);
+    }
+#endif
+    if (!onGl && !wants(a, "cpu")) return Error{ErrorCode::unsupported, report.renderer};
+    auto live = measureLive(*scene, a.liveOptions, wants(a, "cpu") ? a.threads : std::vector<int>(), onGl.get(),
+                            a.bakes, a.repeat, terminal.context());
     if (!live) return live.error();
     report.live = std::move(*live);
     return done();
