@@ -151,7 +151,8 @@ Result<Level> makeLevel(const PreviewArguments& arguments, const Scene& scene, R
     }
   }
   if (!hasDynamicParts(scene)) return level;
-  auto drawn = traceThrough(scene, RayStructure::thorough, RayGeometry::drawn, context);
+  const RayStructure packets = structure == RayStructure::bundles ? RayStructure::thorough : RayStructure::quick;
+  auto drawn = traceThrough(scene, packets, RayGeometry::drawn, context);
   if (!drawn) return drawn.error();
   level.withDynamic.emplace(std::move(*drawn));
   return level;
@@ -270,7 +271,7 @@ int runPreview(const PreviewArguments& arguments) {
   const auto frame = renderPreviewFrame(*level->transport, level->drawn(), request, report, context);
   terminal.finish();
   if (!frame) return fail(frame.error());
-  const PictureScale scale = scaleOf(*frame, *aovs, *stops, boundsOf(*scene));
+  const PictureScale scale = layers.isPng() ? scaleOf(*frame, *aovs, *stops, boundsOf(*scene)) : PictureScale{};
   std::vector<std::string> written;
   if (Status ok = writeLayers(*frame, layers, scale, written); !ok) return fail(ok.error());
   const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
