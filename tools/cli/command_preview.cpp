@@ -101,10 +101,10 @@ bool hasDynamicParts(const Scene& scene) {
                      [](const Instance& instance) { return !instance.baked(); });
 }
 
-// Larger pictures cast so many rays that they gain what a thorough structure costs.
-RayStructure structureFor(const View& view, const PreviewOptions& options) {
-  constexpr std::uint64_t kMany = 1u << 18;  // [pixels]
-  const bool isLarge = std::uint64_t{view.width} * view.height >= kMany && options.timeLimitSeconds == 0.0f;
+// Larger pictures cast so many rays that they gain what a thorough structure costs; by surfels fewer a pixel.
+RayStructure structureFor(const View& view, const PreviewOptions& options, PreviewSource source) {
+  const std::uint64_t many = source == PreviewSource::surfels ? 1u << 17 : 1u << 16;  // [pixels]
+  const bool isLarge = std::uint64_t{view.width} * view.height >= many && options.timeLimitSeconds == 0.0f;
   return isLarge ? RayStructure::bundles : RayStructure::quickBundles;
 }
 
@@ -260,7 +260,8 @@ int runPreview(const PreviewArguments& arguments) {
   setView(*view, request.frame);
   auto driven = readEmissions(arguments.emissions, context);
   if (!driven) return fail(driven.error());
-  const auto level = makeLevel(arguments, *scene, structureFor(*view, request.options), request.source, context);
+  const auto level =
+      makeLevel(arguments, *scene, structureFor(*view, request.options, request.source), request.source, context);
   if (!level) return fail(level.error());
   request.frame.bake = level->bake ? &*level->bake : nullptr;
   if (Status ok = driveScene(*scene, *driven, request.frame.emissive || driven->empty()); !ok) return fail(ok.error());
