@@ -2,17 +2,22 @@
 // Cones through volumes that lie in one another: NestedCones::trace() (runtime/cones/nested_cones.h), which a test
 // compares. Part of lib/cone_trace.glsl.
 
-// A sample so many voxels wide of the volume that was entered.
+// A sample so many voxels wide of the volume that is entered. [width >= 2]
+vec4 relumeConeReadWide(float width, vec3 place, vec3 way) {
+  int most = int(relumeConeLevelCount);
+  float level = min(log2(width), float(most));
+  int below = min(int(level), most);
+  vec4 further = relumeConeReadFurther(min(below + 1, most), place, way);
+  if (below < 2) return mix(relumeConeReadFirst(place, way), further, level - 1.0);
+  return mix(relumeConeReadFurther(below, place, way), further, level - float(below));
+}
+
+// Of any width.
 vec4 relumeConeReadAt(float width, vec3 place, vec3 way, bool isNear, vec3 origin) {
-  float level = log2(width);
-  int most = int(relumeConeLevelCount), below = min(int(level), most);
-  if (width >= 4.0)
-    return mix(relumeConeReadFurther(below, place, way), relumeConeReadFurther(min(below + 1, most), place, way),
-               min(level, float(most)) - float(below));
+  if (width >= 2.0) return relumeConeReadWide(width, place, way);
   vec4 first = relumeConeReadFirst(place, way);
-  if (width >= 2.0) return mix(first, relumeConeReadFurther(2, place, way), level - 1.0);
   // What the filter reads of level 1 holds all voxels that are read here.
-  return first.w > 0.0 ? mix(relumeConeReadVoxels(place, way, isNear, origin), first, level) : first;
+  return first.w > 0.0 ? mix(relumeConeReadVoxels(place, way, isNear, origin), first, log2(width)) : first;
 }
 
 // What a step along a cone reads of a volume.
@@ -22,71 +27,123 @@ struct RelumeNestedSample {
   float share;
 };
 
-// The step that begins at t, of the volume that is entered; isFirst: which says how long it is. [voxels of the
-// innermost]
-RelumeNestedSample relumeConeStepAt(uint volume, RelumeCone cone, float cosine, float t, float end, bool isFirst,
-                                    inout float length_) {
-  relumeConeEnter(volume);
+// How far a cone has come. [voxels of the innermost volume]
+struct RelumeNestedMarch {
+  float t, end;
+  float advance, length_;  // of the step at t; no longer than the rest
+  uint volume;             // the innermost that has the step's sample, which is entered
   RelumeNestedSample s;
-  s.side = float(1u << (relumeConeVolumes - 1u - volume));
-  s.width = clamp(t / s.side * min(cone.spread, cosine / kConePlane), 1.0, float(1u << relumeConeLevelCount));
-  if (isFirst) length_ = min(kConeStep * s.width * s.side, end - t);
-  s.own = (t + 0.5 * length_) / s.side;
+  vec3 radiance;
+  float clear, occlusion;
+};
+
+bool relumeConeIsOn(RelumeNestedMarch m) { return m.t < m.end && m.clear > kConeSpent; }
+bool relumeConeIsInside(RelumeNestedMarch m) { return relumeConeIsOn(m) && m.s.share >= 1.0; }
+
+// What the step at t reads of the march's volume, which is entered. isFirst: it says how long the step is.
+void relumeConeSampleOf(RelumeCone cone, float cosine, bool isFirst, inout RelumeNestedMarch m) {
+  relumeConeEnter(m.volume);
+  RelumeNestedSample s;
+  s.side = float(1u << (relumeConeVolumes - 1u - m.volume));
+  s.width = clamp(m.t / s.side * min(cone.spread, cosine / kConePlane), 1.0, float(1u << relumeConeLevelCount));
+  if (isFirst) {
+    m.advance = kConeStep * s.width * s.side;
+    m.length_ = min(m.advance, m.end - m.t);
+  }
+  s.own = (m.t + 0.5 * m.length_) / s.side;
   s.place = (cone.origin - relumeLiveOrigin) / relumeLiveVoxel + s.own * cone.direction +
             max(0.0, kConeClear - s.own * cosine) * cone.normal;
-  s.share = volume > 0u ? relumeConeShare(s.place, s.width) : 1.0;
-  return s;
+  s.share = m.volume > 0u ? relumeConeShare(s.place, s.width) : 1.0;
+  m.s = s;
 }
 
-// Radiance with what lies beyond the volumes, and occlusion.
+// The step at t.
+void relumeConeFind(RelumeCone cone, float cosine, inout RelumeNestedMarch m) {
+  m.volume = relumeConeVolumes - 1u;
+  relumeConeSampleOf(cone, cosine, true, m);
+  while (!(m.s.share > 0.0)) {
+    --m.volume;
+    relumeConeSampleOf(cone, cosine, true, m);
+  }
+}
+
+// The depth of what the step has read blocks the cone; and the next step.
+void relumeConeMeets(vec4 depth, RelumeCone cone, float cosine, float falloff, float voxel, inout RelumeNestedMarch m) {
+  if (depth.w > 0.0) {
+    float blocked = m.clear * relumeBlocked(depth.w);
+    m.radiance += (blocked / depth.w) * depth.rgb;
+    m.occlusion += blocked / (1.0 + falloff * (m.t + 0.5 * m.length_) * voxel);
+    m.clear -= blocked;
+  }
+  m.t += m.advance;
+  relumeConeFind(cone, cosine, m);
+}
+
+// Radiance with what lies beyond the volumes, and occlusion. Well inside of a volume each range of widths has a loop of
+// its own that reads no more than it needs: software executes both branches of a condition.
 vec4 relumeConeFollow(RelumeCone cone, float falloff) {
   vec3 way = cone.direction;
   if (!relumeConeIsUnit(cone.normal) || !relumeConeIsUnit(way)) return vec4(relumeSkyAlong(way), 0.0);
   float cosine = dot(way, cone.normal);
-  // Lengths along the cone are in voxels of the innermost volume, places in those of each. Where along it the outermost
-  // lies, a voxel more on all sides:
+  // Where along the cone the outermost volume lies, a voxel more on all sides.
   relumeConeEnter(0u);
-  float outermost = float(1u << (relumeConeVolumes - 1u)), voxel = relumeLiveVoxel / outermost, t = 0.0, end = 1e30;
+  float outermost = float(1u << (relumeConeVolumes - 1u)), voxel = relumeLiveVoxel / outermost;
+  RelumeNestedMarch m;
+  m.t = 0.0;
+  m.end = 1e30;
   vec3 origin = (cone.origin - relumeLiveOrigin) / relumeLiveVoxel;
   for (int k = 0; k < 3; ++k) {
     float d = way[k], low = -1.0 - origin[k], high = float(4u * relumeLiveSize[k]) + 1.0 - origin[k];
     if (abs(d) < 1e-9) {
-      if (low > 0.0 || high < 0.0) end = t;
+      if (low > 0.0 || high < 0.0) m.end = m.t;
       continue;
     }
     float a = low / d, b = high / d;
-    t = max(t, min(a, b));
-    end = min(end, max(a, b));
+    m.t = max(m.t, min(a, b));
+    m.end = min(m.end, max(a, b));
   }
-  t *= outermost;
-  end *= outermost;
+  m.t *= outermost;
+  m.end *= outermost;
+  m.radiance = vec3(0.0);
+  m.clear = 1.0;
+  m.occlusion = 0.0;
+  relumeConeFind(cone, cosine, m);
 
-  vec3 radiance = vec3(0.0);
-  float clear = 1.0, occlusion = 0.0;
-  while (t < end && clear > kConeSpent) {
-    // The innermost volume that has the sample says how long it is.
-    float length_ = 0.0, advance;
-    uint volume = relumeConeVolumes - 1u;
-    RelumeNestedSample s = relumeConeStepAt(volume, cone, cosine, t, end, true, length_);
-    for (; !(s.share > 0.0); s = relumeConeStepAt(volume, cone, cosine, t, end, true, length_)) --volume;
-    advance = kConeStep * s.width * s.side;
-    vec4 depth = vec4(0.0);  // over the whole step
-    for (float rest = 1.0; rest > 0.0;) {
-      if (s.share > 0.0)
-        depth += rest * s.share * (length_ / (s.side * s.width)) *
-                 relumeConeReadAt(s.width, s.place, way, s.own < kConeNear,
-                                  (cone.origin - relumeLiveOrigin) / relumeLiveVoxel);
-      rest *= 1.0 - s.share;
-      if (rest > 0.0) s = relumeConeStepAt(--volume, cone, cosine, t, end, false, length_);
+  while (relumeConeIsOn(m)) {
+    // Beside its own walls
+    while (relumeConeIsInside(m) && m.s.own < kConeNear) {
+      origin = (cone.origin - relumeLiveOrigin) / relumeLiveVoxel;
+      vec4 depth = relumeConeReadVoxels(m.s.place, way, true, origin);
+      if (m.s.width > 1.0) depth = mix(depth, relumeConeReadFirst(m.s.place, way), log2(m.s.width));
+      relumeConeMeets(m.length_ / (m.s.side * m.s.width) * depth, cone, cosine, falloff, voxel, m);
     }
-    float middle = t + 0.5 * length_;
-    t += advance;
-    if (!(depth.w > 0.0)) continue;
-    float blocked = clear * relumeBlocked(depth.w);
-    radiance += (blocked / depth.w) * depth.rgb;
-    occlusion += blocked / (1.0 + falloff * middle * voxel);
-    clear -= blocked;
+    // Voxels, and level 1
+    while (relumeConeIsInside(m) && m.s.own >= kConeNear && m.s.width < 2.0) {
+      vec4 first = relumeConeReadFirst(m.s.place, way), depth = vec4(0.0);
+      if (first.w > 0.0) depth = mix(relumeConeReadVoxels(m.s.place, way, false, origin), first, log2(m.s.width));
+      relumeConeMeets(m.length_ / (m.s.side * m.s.width) * depth, cone, cosine, falloff, voxel, m);
+    }
+    // Further levels
+    while (relumeConeIsInside(m) && m.s.own >= kConeNear && m.s.width >= 2.0) {
+      vec4 depth = relumeConeReadWide(m.s.width, m.s.place, way);
+      relumeConeMeets(m.length_ / (m.s.side * m.s.width) * depth, cone, cosine, falloff, voxel, m);
+    }
+    // Where one volume takes over from another
+    while (relumeConeIsOn(m) && m.s.share < 1.0) {
+      vec4 depth = vec4(0.0);  // over the whole step
+      for (float rest = 1.0; rest > 0.0;) {
+        origin = (cone.origin - relumeLiveOrigin) / relumeLiveVoxel;
+        if (m.s.share > 0.0)
+          depth += rest * m.s.share * (m.length_ / (m.s.side * m.s.width)) *
+                   relumeConeReadAt(m.s.width, m.s.place, way, m.s.own < kConeNear, origin);
+        rest *= 1.0 - m.s.share;
+        if (!(rest > 0.0)) continue;
+        --m.volume;
+        relumeConeSampleOf(cone, cosine, false, m);
+      }
+      relumeConeMeets(depth, cone, cosine, falloff, voxel, m);
+    }
   }
-  if (clear <= kConeSpent) return vec4(radiance, occlusion) / (1.0 - clear);
-  return vec4(radiance + clear * relumeSkyAlong(way), occlusion);
+  if (m.clear <= kConeSpent) return vec4(m.radiance, m.occlusion) / (1.0 - m.clear);
+  return vec4(m.radiance + m.clear * relumeSkyAlong(way), m.occlusion);
 }

@@ -29,7 +29,7 @@ cmake --build "$build" --target relume bench_bake >&2
   --markdown "$work/rays.md"
 
 # 3. Light without a bake
-"$build/tools/cli/relume" bench "$scene" --live --bakes "$bakes" --repeat 20 --threads 1,2 --progress none --markdown "$work/live.md"
+"$build/tools/cli/relume" bench "$scene" --live --backend cpu --bakes "$bakes" --repeat 20 --threads 1,2 --progress none --markdown "$work/live.md"
 
 # 4. Stages one by one
 RELUME_BENCH_SCENE=$scene "$build/tests/bench/bench_bake" --benchmark_min_time=0.2 --benchmark_format=csv \
