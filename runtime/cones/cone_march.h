@@ -14,11 +14,11 @@
 
 namespace relume {
 
-inline constexpr float kSpent = 0.01f;  // a cone ends where no more of it is clear
-inline constexpr float kClear = 1.75f;  // [voxels] above its own plane a cone begins
-inline constexpr float kPlane = 2.5f;   // [sample widths] least height above the cone's own plane
-inline constexpr float kNear = 3.0f;    // [voxels] from its start a cone may be in the voxels of walls beside it
-inline constexpr float kStep = 0.5f;    // [sample widths]
+inline constexpr float kConeSpent = 0.01f;  // a cone ends where no more of it is clear
+inline constexpr float kConeClear = 1.75f;  // [voxels] above its own plane a cone begins
+inline constexpr float kConePlane = 2.5f;   // [sample widths] least height above the cone's own plane
+inline constexpr float kConeNear = 3.0f;    // [voxels] from its start a cone may be in the voxels of walls beside it
+inline constexpr float kConeStep = 0.5f;    // [sample widths]
 
 // Whether its numbers are finite and in their range.
 inline bool isValidCone(const Cone& cone) {
@@ -44,7 +44,7 @@ inline void clipToGrid(const VolumeGrid& grid, const glm::vec3& origin, const gl
 
 // What a cone found that has come to its end: of one that is spent nothing is left.
 inline ConeLight endedCone(ConeLight light) {
-  if (light.clear > kSpent) return light;
+  if (light.clear > kConeSpent) return light;
   return {light.radiance / (1.0f - light.clear), 0.0f, light.occlusion / (1.0f - light.clear)};
 }
 

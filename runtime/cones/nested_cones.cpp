@@ -65,7 +65,7 @@ ConeLight NestedCones::trace(const Cone& cone) const {
   if (!isValidCone(cone)) return {};
   // Lengths along the cone are in voxels of the innermost volume, places in those of each.
   const std::size_t count = volumes_.size();
-  const float cosine = glm::dot(cone.direction, cone.normal), widening = std::min(cone.spread, cosine / kPlane),
+  const float cosine = glm::dot(cone.direction, cone.normal), widening = std::min(cone.spread, cosine / kConePlane),
               voxel = volumes_.back().grid().voxel, outermost = static_cast<float>(1u << (count - 1));
   std::array<glm::vec3, kMaxCascades> origin;
   for (std::size_t level = 0; level < count; ++level) origin[level] = volumes_[level].grid().toGrid(cone.originWorld);
@@ -75,7 +75,7 @@ ConeLight NestedCones::trace(const Cone& cone) const {
   end *= outermost;
 
   ConeLight light;
-  while (t < end && light.clear > kSpent) {
+  while (t < end && light.clear > kConeSpent) {
     // The innermost volume that has the sample says how long it is.
     glm::vec4 depth(0.0f);  // over the whole step
     float rest = 1.0f, advance = 0.0f, step = 0.0f, middle = 0.0f;
@@ -84,17 +84,17 @@ ConeLight NestedCones::trace(const Cone& cone) const {
       const float widest = static_cast<float>(1u << mips_[level].levels());
       const float width = std::clamp(t / side * widening, 1.0f, widest);
       if (rest == 1.0f) {
-        advance = kStep * width * side;
+        advance = kConeStep * width * side;
         step = std::min(advance, end - t);
         middle = t + 0.5f * step;
       }
       const float own = middle / side;
       const glm::vec3 place =
-          origin[level] + own * cone.direction + std::max(0.0f, kClear - own * cosine) * cone.normal;
+          origin[level] + own * cone.direction + std::max(0.0f, kConeClear - own * cosine) * cone.normal;
       const float share = level > 0 ? shareOfSample(volumes_[level].grid(), open_[level], place, width) : 1.0f;
       if (!(share > 0.0f)) continue;
       const glm::vec4 read = mips_[level].read(volumes_[level], width > 1.0f ? std::log2(width) : 0.0f, place,
-                                               cone.direction, own < kNear ? &origin[level] : nullptr);
+                                               cone.direction, own < kConeNear ? &origin[level] : nullptr);
       depth += rest * share * (step / (side * width)) * read;
       rest *= 1.0f - share;
     }

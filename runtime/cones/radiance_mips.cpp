@@ -281,14 +281,15 @@ ConeLight RadianceMips::trace(const VoxelVolume& volume, const Cone& cone) const
   const View view(directions_, cone.direction);
 
   ConeLight light;
-  while (t < end && light.clear > kSpent) {
-    const float width = std::clamp(t * std::min(cone.spread, cosine / kPlane), 1.0f, widest);
-    const float step = std::min(kStep * width, end - t), middle = t + 0.5f * step;
-    t += kStep * width;
+  while (t < end && light.clear > kConeSpent) {
+    const float width = std::clamp(t * std::min(cone.spread, cosine / kConePlane), 1.0f, widest);
+    const float step = std::min(kConeStep * width, end - t), middle = t + 0.5f * step;
+    t += kConeStep * width;
     // Until the cone is clear of the voxels of its own surface it slides along that.
-    const glm::vec3 place = origin + middle * cone.direction + std::max(0.0f, kClear - middle * cosine) * cone.normal;
+    const glm::vec3 place =
+        origin + middle * cone.direction + std::max(0.0f, kConeClear - middle * cosine) * cone.normal;
     const glm::vec4 depth = readAt(volume, width > 1.0f ? std::log2(width) : 0.0f, place, cone.direction, view,
-                                   middle < kNear ? &origin : nullptr);
+                                   middle < kConeNear ? &origin : nullptr);
     if (!(depth.w > 0.0f)) continue;
     const float blocked = light.clear * -std::expm1(-depth.w * step / width);
     light.radiance += (blocked / depth.w) * glm::vec3(depth);

@@ -23,11 +23,11 @@ constexpr std::size_t kSumBytes = 24;                                 // of a si
 constexpr std::uint32_t kVoxelsAtOnce = RELUME_LIVE_SIDES_A_ROW / 2;  // whose texels fill whole rows
 constexpr std::uint32_t kRadianceTexels = 2;                          // of a voxel
 
-std::uint32_t rowsOf(std::size_t items, std::uint32_t aRow) {
+std::uint32_t rowsFilled(std::size_t items, std::uint32_t aRow) {
   return static_cast<std::uint32_t>((items + aRow - 1) / aRow);
 }
 // Of so many texels.
-std::uint32_t rowsOfTexels(std::size_t texels) { return rowsOf(texels, RELUME_LIVE_SIDES_A_ROW); }
+std::uint32_t rowsOfTexels(std::size_t texels) { return rowsFilled(texels, RELUME_LIVE_SIDES_A_ROW); }
 
 std::uint32_t countOf(const glm::uvec3& size) { return size.x * size.y * size.z; }
 
@@ -35,7 +35,7 @@ std::uint32_t countOf(const glm::uvec3& size) { return size.x * size.y * size.z;
 float unitOf(std::uint32_t brightest) { return std::bit_cast<float>((std::max(brightest >> 23, 53u) - 12u) << 23); }
 
 // One of several has room for a quarter more.
-std::uint32_t roomFor(std::uint32_t voxels) { return kVoxelsAtOnce * rowsOf(voxels + voxels / 4, kVoxelsAtOnce); }
+std::uint32_t roomFor(std::uint32_t voxels) { return kVoxelsAtOnce * rowsFilled(voxels + voxels / 4, kVoxelsAtOnce); }
 
 }  // namespace
 

@@ -200,6 +200,19 @@ TEST(Shaders, passTheReferenceCompiler) {
     const std::array<std::pair<std::string, std::string>, 1> defines{{{"RELUME_LANES", lanes}}};
     add("live_voxelise_large.comp", "comp", defines);
   }
+  // Those that follow cones, through one volume and through several.
+  for (const char* directions : {"1", "6"}) {
+    for (const char* halves : {"0", "1"}) {
+      const std::array<std::pair<std::string, std::string>, 3> defines{
+          {{"RELUME_CONE_DIRECTIONS", directions}, {"RELUME_CONE_HALVES", halves}, {"RELUME_LIVE_NESTED", "1"}}};
+      for (const std::size_t count : {2u, 3u}) {
+        for (const char* shader : {"cone_hemisphere.comp", "cone_lobe.comp"})
+          add(shader, "comp", std::span(defines).first(count));
+      }
+      for (const char* shader : {"cone_inject.comp", "cone_brightest.comp", "cone_first.comp", "cone_level.comp"})
+        add(shader, "comp", std::span(defines).first(2));
+    }
+  }
 #ifdef RELUME_SPLAT_SHADERS
   for (const char* stage : {"vert", "frag"}) {
     add((std::string("splat_records.") + stage).c_str(), stage, {});
