@@ -85,23 +85,11 @@ vec4 relumeConeFollow(RelumeCone cone, float falloff) {
   vec3 way = cone.direction;
   if (!relumeConeIsUnit(cone.normal) || !relumeConeIsUnit(way)) return vec4(relumeSkyAlong(way), 0.0);
   float cosine = dot(way, cone.normal);
-  // Where along the cone the outermost volume lies, a voxel more on all sides.
   relumeConeEnter(0u);
   float outermost = float(1u << (relumeConeVolumes - 1u)), voxel = relumeLiveVoxel / outermost;
   RelumeNestedMarch m;
-  m.t = 0.0;
-  m.end = 1e30;
   vec3 origin = (cone.origin - relumeLiveOrigin) / relumeLiveVoxel;
-  for (int k = 0; k < 3; ++k) {
-    float d = way[k], low = -1.0 - origin[k], high = float(4u * relumeLiveSize[k]) + 1.0 - origin[k];
-    if (abs(d) < 1e-9) {
-      if (low > 0.0 || high < 0.0) m.end = m.t;
-      continue;
-    }
-    float a = low / d, b = high / d;
-    m.t = max(m.t, min(a, b));
-    m.end = min(m.end, max(a, b));
-  }
+  relumeConeClip(origin, way, m.t, m.end);
   m.t *= outermost;
   m.end *= outermost;
   m.radiance = vec3(0.0);

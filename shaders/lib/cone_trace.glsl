@@ -101,6 +101,22 @@ bool relumeConeIsUnit(vec3 v) {
   return square > floatBitsToUint(0.99) && square < floatBitsToUint(1.01);
 }
 
+// Where along a ray the grid lies, a voxel more on all sides; end <= begin where it does not. [voxels]
+void relumeConeClip(vec3 origin, vec3 way, out float begin, out float end) {
+  begin = 0.0;
+  end = 1e30;
+  for (int k = 0; k < 3; ++k) {
+    float d = way[k], low = -1.0 - origin[k], high = float(4u * relumeLiveSize[k]) + 1.0 - origin[k];
+    if (abs(d) < 1e-9) {
+      if (low > 0.0 || high < 0.0) end = begin;
+      continue;
+    }
+    float a = low / d, b = high / d;
+    begin = max(begin, min(a, b));
+    end = min(end, max(a, b));
+  }
+}
+
 #ifdef RELUME_LIVE_NESTED
 #include "lib/cone_nested.glsl"
 #else
@@ -145,21 +161,8 @@ vec4 relumeConeFollow(RelumeCone cone, float falloff) {
   vec3 way = cone.direction;
   if (!relumeConeIsUnit(cone.normal) || !relumeConeIsUnit(way)) return vec4(relumeSkyAlong(way), 0.0);
   float cosine = dot(way, cone.normal);
-  // Where along the cone the grid lies, a voxel more on all sides.
   RelumeMarch m;
-  m.t = 0.0;
-  m.end = 1e30;
-  for (int k = 0; k < 3; ++k) {
-    float d = way[k], low = -1.0 - cone.origin[k];
-    float high = float(4u * relumeLiveSize[k]) + 1.0 - cone.origin[k];
-    if (abs(d) < 1e-9) {
-      if (low > 0.0 || high < 0.0) m.end = m.t;
-      continue;
-    }
-    float a = low / d, b = high / d;
-    m.t = max(m.t, min(a, b));
-    m.end = min(m.end, max(a, b));
-  }
+  relumeConeClip(cone.origin, way, m.t, m.end);
   m.radiance = vec3(0.0);
   m.clear = 1.0;
   m.occlusion = 0.0;
