@@ -23,7 +23,7 @@ namespace relume {
 
 inline constexpr int kPlaceShift = 16;  // bits of a place below a step
 // Far outside of any grid, where a triangle's shape no longer matters; differences of two such places fit 32 bits.
-inline constexpr std::int32_t kFarthest = 1 << 29;  // [1/64 voxel]
+inline constexpr std::int32_t kFarthestSteps = 1 << 29;  // [1/64 voxel]
 
 struct StepPlace {
   std::array<std::array<std::int32_t, 3>, 3> factor{};  // [axis][coordinate] within 2^30, times 2^exponent
@@ -56,14 +56,14 @@ struct StepPlace {
     return place;
   }
 
-  // [1/64 voxel] from the grid's corner, within kFarthest. position: finite.
+  // [1/64 voxel] from the grid's corner, within kFarthestSteps. position: finite.
   glm::ivec3 stepsOf(const glm::vec3& position) const {
     glm::ivec3 steps;
     for (std::size_t k = 0; k < 3; ++k) {
       std::int64_t sum = offset[k] + (std::int64_t{1} << (kPlaceShift - 1));
       for (std::size_t c = 0; c < 3; ++c) sum += product(factor[k][c], position[static_cast<int>(c)]);
       steps[static_cast<int>(k)] = static_cast<std::int32_t>(
-          std::clamp<std::int64_t>(sum >> kPlaceShift, -std::int64_t{kFarthest}, std::int64_t{kFarthest}));
+          std::clamp<std::int64_t>(sum >> kPlaceShift, -std::int64_t{kFarthestSteps}, std::int64_t{kFarthestSteps}));
     }
     return steps;
   }

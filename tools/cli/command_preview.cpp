@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: MIT
 // `relume preview`: what a shot looks like, before any bake or with one at hand, by radiance records.
-#include "bake/bake_over_rays.h"
 #include "bake/base/memory_budget.h"
 #include "bake/preview/hsh_cells.h"
 #include "bake/preview/mirror_surface.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/stage_memory.h"
-#include "relume/bake/bake.h"
 #include "relume/bake/load_scene.h"
-#include "relume/bake/options.h"
 #include "relume/bake/scene.h"
 #include "tools/base/number_check.h"
 #include "tools/base/output_files.h"
@@ -17,8 +14,8 @@
 #include "tools/base/usage_message.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/layer_files.h"
+#include "tools/cli/preview_level.h"
 #include "tools/cli/terminal.h"
-#include "tools/compare/fit_bake.h"
 #include "tools/render/drive_scene.h"
 #include "tools/render/exposure.h"
 #include "tools/render/render_pictures.h"
@@ -31,8 +28,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <functional>
-#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -80,82 +75,11 @@ Status reserveFrame(const View& view, const LayerFiles& layers, const PreviewOpt
       std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels", "lower --size or --max-records");
 }
 
-// A draft over rays that are there; nothing, and `source` is direct, where none can be made. The rays are gone then.
-Result<std::optional<Bake>> makeDraft(const PreviewArguments& arguments, const Scene& scene,
-                                      std::optional<RayTracer>& rays, PreviewSource& source, Context& context) {
-  // What a draft has to say of texels and faces is for who bakes.
-  std::function<void(Severity, std::string_view)> listener;
-  std::swap(listener, context.onMessage);
-  auto draft = bakeOverRays(scene, presetOptions(Preset::draft), rays, context);
-  std::swap(listener, context.onMessage);
-  if (draft) return std::optional<Bake>(std::move(*draft));
-  if (context.cancelled() || arguments.source != "auto") return draft.error();
-  context.message(Severity::warning,
-                  draft.error().message + "; so there is no draft bake, and light is reflected once alone");
-  source = PreviewSource::direct;
-  return std::optional<Bake>();
-}
-
-bool hasDynamicParts(const Scene& scene) {
-  return std::any_of(scene.instances.begin(), scene.instances.end(),
-                     [](const Instance& instance) { return !instance.baked(); });
-}
-
 // Larger pictures cast so many rays that they gain what a thorough structure costs; by surfels fewer a pixel.
 RayStructure structureFor(const View& view, const PreviewOptions& options, PreviewSource source) {
   const std::uint64_t many = source == PreviewSource::surfels ? 1u << 17 : 1u << 16;  // [pixels]
   const bool isLarge = std::uint64_t{view.width} * view.height >= many && options.timeLimitSeconds == 0.0f;
   return isLarge ? RayStructure::bundles : RayStructure::quickBundles;
-}
-
-Result<RayTracer> traceThrough(const Scene& scene, RayStructure structure, RayGeometry geometry, Context& context) {
-  context.progress("rays", 0.0);
-  if (Status ok = reserveRays(scene, structure, context, geometry); !ok) return ok.error();
-  return RayTracer::create(scene, BakeOptions{}.embreeIsa, context, structure, geometry);
-}
-
-// What a picture is made from. Rays are of two kinds, which are one where nothing is dynamic.
-struct Level {
-  std::optional<Bake> bake;  // none where rays are to find direct light alone
-  std::optional<RayTracer> transport, withDynamic;
-  const RayTracer& drawn() const { return withDynamic ? *withDynamic : *transport; }
-};
-
-// Rays, and the bake that is named or a draft made here. A bake is read while rays are built.
-Result<Level> makeLevel(const PreviewArguments& arguments, const Scene& scene, RayStructure structure,
-                        PreviewSource& source, Context& context) {
-  Level level;
-  const bool isNamed = source != PreviewSource::direct && !arguments.bake.empty();
-  std::optional<Result<Bake>> read;
-  const auto readBake = [&] {
-    read = readBakeOf(scene, arguments.bake, arguments.scene, arguments.allowStale, context);
-  };
-  std::future<void> reading;
-  if (isNamed) reading = std::async(context.threads == 1 ? std::launch::deferred : std::launch::async, readBake);
-  auto transport = traceThrough(scene, structure, RayGeometry::fixed, context);
-  if (isNamed) {
-    reading.get();
-    if (!*read) return read->error();
-    level.bake.emplace(std::move(**read));
-  }
-  if (!transport) return transport.error();
-  level.transport.emplace(std::move(*transport));
-  if (source != PreviewSource::direct && !isNamed) {
-    auto draft = makeDraft(arguments, scene, level.transport, source, context);
-    if (!draft) return draft.error();
-    level.bake = std::move(*draft);
-    if (!level.transport) {
-      auto again = traceThrough(scene, structure, RayGeometry::fixed, context);
-      if (!again) return again.error();
-      level.transport.emplace(std::move(*again));
-    }
-  }
-  if (!hasDynamicParts(scene)) return level;
-  const RayStructure packets = structure == RayStructure::bundles ? RayStructure::thorough : RayStructure::quick;
-  auto drawn = traceThrough(scene, packets, RayGeometry::drawn, context);
-  if (!drawn) return drawn.error();
-  level.withDynamic.emplace(std::move(*drawn));
-  return level;
 }
 
 void printReport(const PreviewReport& report, const std::vector<std::string>& written, const LayerFiles& layers,
@@ -261,7 +185,10 @@ int runPreview(const PreviewArguments& arguments) {
   auto driven = readEmissions(arguments.emissions, context);
   if (!driven) return fail(driven.error());
   const auto level =
-      makeLevel(arguments, *scene, structureFor(*view, request.options, request.source), request.source, context);
+      makePreviewLevel(*scene,
+                       {arguments.scene, arguments.bake, arguments.allowStale, arguments.source != "auto",
+                        structureFor(*view, request.options, request.source)},
+                       request.source, context);
   if (!level) return fail(level.error());
   request.frame.bake = level->bake ? &*level->bake : nullptr;
   if (Status ok = driveScene(*scene, *driven, request.frame.emissive || driven->empty()); !ok) return fail(ok.error());
