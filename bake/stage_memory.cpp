@@ -60,10 +60,8 @@ double linkBytes(const LinkOptions& options) {
 Status reserveRays(const Scene& scene, RayStructure structure, Context& context, RayGeometry geometry) {
   const BuiltTriangles count = builtTriangles(scene, geometry);
   const auto triangles = static_cast<double>(count.triangles), instances = static_cast<double>(count.instances);
-  const bool isQuick = structure == RayStructure::quick || structure == RayStructure::quickBundles,
-             forBundles = structure == RayStructure::bundles || structure == RayStructure::quickBundles;
-  double each = kTriangleBytes + (isQuick ? kTreeBytes : kThoroughBytes);
-  if (forBundles) each += kBundleBytes;
+  double each = kTriangleBytes + (isQuick(structure) ? kTreeBytes : kThoroughBytes);
+  if (isForBundles(structure)) each += kBundleBytes;
   return reserveMemory(context, "rays", static_cast<double>(count.built()) * each + instances * kInstanceBytes,
                        number(triangles) + " triangles in " + number(instances) + " instances",
                        "mark far or small instances \"dynamic\" or \"ignore\" in extras.relume");

@@ -240,10 +240,8 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   // Add the instances, in their order.
   const BuiltTriangles count = builtTriangles(scene, geometry);
   const bool share = count.isShared();
-  const bool isQuick = structure == RayStructure::quick || structure == RayStructure::quickBundles,
-             forBundles = structure == RayStructure::bundles || structure == RayStructure::quickBundles,
-             hasBundles = forBundles && count.triangles <= kMaxBundleTriangles;
-  const RTCBuildQuality quality = isQuick ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_HIGH;
+  const bool hasBundles = isForBundles(structure) && count.triangles <= kMaxBundleTriangles;
+  const RTCBuildQuality quality = isQuick(structure) ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_HIGH;
   std::map<std::pair<std::uint32_t, bool>, RTCScene> sharedOf;  // by mesh and winding
   state->top = makeScene(device, quality, context);
   const std::vector<std::uint32_t> met = metInstances(scene, geometry);

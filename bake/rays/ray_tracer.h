@@ -42,6 +42,8 @@ enum class RayOrder { mixed, coherent };
 // thorough, and in addition a structure for RayBundle (0.1 s, built on another thread) unless the level is too large
 // for it; quickBundles: quick, and that.
 enum class RayStructure { quick, thorough, bundles, quickBundles };
+inline bool isQuick(RayStructure s) { return s == RayStructure::quick || s == RayStructure::quickBundles; }
+inline bool isForBundles(RayStructure s) { return s == RayStructure::bundles || s == RayStructure::quickBundles; }
 
 // Which instances rays meet. fixed: those that are baked. drawn: dynamic ones, too.
 enum class RayGeometry { fixed, drawn };

@@ -53,11 +53,7 @@ class SurfelMap {
     const Side& s = sides[side];
     if (s.columns == 0) return kNone;
     const glm::vec2 g = toTileGrid(barycentric, s.corner);
-    const auto along = [](float x, std::uint32_t tiles) {
-      const float at = std::max(x * static_cast<float>(tiles), 0.0f);
-      return std::min(static_cast<std::uint32_t>(at), tiles - 1);
-    };
-    const std::uint32_t column = along(g.x, s.columns), row = along(g.y, s.rows);
+    const std::uint32_t column = tileAlong(g.x, s.columns), row = tileAlong(g.y, s.rows);
     const std::uint32_t found = s.firstTile + row * s.columns + column;
     if (!s.nested) return found;
     return innerTile(found, {g.x * static_cast<float>(s.columns) - static_cast<float>(column),

@@ -22,10 +22,6 @@ constexpr std::uint32_t kUnknown = kNone - 1;
 constexpr std::size_t kFirstBytes = 1u << 20;
 constexpr std::size_t kHitsAhead = 64;
 
-std::uint32_t tileAlong(float x, std::uint32_t tiles) {
-  return std::min(static_cast<std::uint32_t>(std::max(x * static_cast<float>(tiles), 0.0f)), tiles - 1);
-}
-
 }  // namespace
 
 // Its tiles follow it in memory: rays ask for both.

@@ -5,6 +5,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -31,6 +32,11 @@ struct TileGrid {
 // Lay tiles about `size` [m] wide over a triangle, from the corner that needs the fewest. They are coarser where the
 // areas do not justify so many.
 TileGrid tileGridOf(const std::array<glm::vec3, 3>& corner, double size, double seenArea);
+
+// The tile along an edge in which a coordinate lies. [0..1, or a rounding beyond]
+inline std::uint32_t tileAlong(float x, std::uint32_t tiles) {
+  return std::min(static_cast<std::uint32_t>(std::max(x * static_cast<float>(tiles), 0.0f)), tiles - 1);
+}
 
 // Barycentric coordinates as those of the grid that starts at a corner, weights of the two corners after it; and back.
 inline glm::vec2 toTileGrid(const glm::vec2& b, std::uint32_t corner) {

@@ -107,7 +107,7 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
   }
   // Stencils are found again, but for those of standing voxels far from what has changed.
   const auto kept = [&](std::uint32_t s, SideStencil& stencil) {
-    const glm::ivec3& voxel = volume.voxelOfSide(s);
+    const glm::ivec3 voxel = volume.voxelOfSide(s);
     const glm::ivec3 cell = voxel >> 2;
     if (!found.changes.seesTheSame(cells.grid, cell, kStencilReach)) return false;
     const std::uint32_t old = cells_.grid.cellIndex(cell + found.changes.by);

@@ -34,7 +34,8 @@ struct PackedLayer {
     }
     voxels.reserve(layer.kept);
     for (std::uint32_t v = 0; v < layer.kept; ++v)
-      voxels.emplace_back(packAxis(glm::ivec3(glm::floor(127.0f * layer.axis[v] + 0.5f))), packVoxel(layer.voxel[v]));
+      voxels.emplace_back(packAxis(glm::ivec3(glm::floor(127.0f * layer.axis[v] + 0.5f))),
+                          packVoxel(glm::ivec3(layer.voxel[v])));
   }
 
   static glm::uvec2 packSample(const SideSample& sample) {

@@ -22,6 +22,7 @@ namespace {
 constexpr std::uint32_t kTriangles = 512, kVoxels = 1024;  // of a chunk
 constexpr std::uint32_t kBatch = 1u << 22;                 // triangles whose pairs are held at once
 constexpr double kEmissionSteps = 0x1p+20;
+static_assert(kBrickSide * static_cast<int>(kMaxCells) <= 256, "VoxelLayer::voxel");
 
 // Four places in a voxel, [1/64 voxel] from its middle: on any plane across it one in each quarter.
 const std::array<glm::ivec3, 4> kSubCentres{{{16, 16, 16}, {16, -16, -16}, {-16, 16, -16}, {-16, -16, 16}}};
@@ -256,7 +257,7 @@ VoxelLayer moveLayer(const VoxelLayer& layer, const VolumeGrid& to, const glm::i
     const std::uint32_t at = moved.first[c], from = layer.first[to.cellIndex(to.cellAt(c) + by)];
     for (std::uint32_t i = 0; i < count; ++i) {
       moved.axis[at + i] = layer.axis[from + i];
-      moved.voxel[at + i] = layer.voxel[from + i] - kBrickSide * by;
+      moved.voxel[at + i] = glm::u8vec3(glm::ivec3(layer.voxel[from + i]) - kBrickSide * by);
       moved.side[2 * std::size_t{at + i}] = layer.side[2 * std::size_t{from + i}];
       moved.side[2 * std::size_t{at + i} + 1] = layer.side[2 * std::size_t{from + i} + 1];
     }
@@ -285,7 +286,7 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
   for (std::uint32_t c = 0; c < layer.bits.size(); ++c) {
     std::uint32_t number = layer.first[c];
     for (std::uint64_t rest = layer.bits[c]; rest != 0 && number < layer.kept; rest &= rest - 1, ++number)
-      layer.voxel[number] = kBrickSide * grid.cellAt(c) + voxelOfBit(std::countr_zero(rest));
+      layer.voxel[number] = glm::u8vec3(kBrickSide * grid.cellAt(c) + voxelOfBit(std::countr_zero(rest)));
   }
 
   // 1. The axis of each voxel: the moment's column with the largest diagonal element
@@ -302,14 +303,14 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
     const glm::ivec3 axis = signedBytes(layer.axis[number]);
     for (const VoxelPair& pair : found) {
       const SnappedTriangle& t = triangles[pair.triangle];
-      addSides(t, pair.triangle, surfaces, layer.voxel[number], axis, pair, emissionUnit, sides);
+      addSides(t, pair.triangle, surfaces, glm::ivec3(layer.voxel[number]), axis, pair, emissionUnit, sides);
     }
   });
 
   // 3. Means
   forChunks(parallelFor, layer.kept, kVoxels, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t number = begin; number < end; ++number) {
-      const glm::ivec3& voxel = layer.voxel[number];
+      const glm::ivec3 voxel(layer.voxel[number]);
       const glm::vec3& axis = layer.axis[number];
       VoxelSide* const side = &layer.side[2 * std::size_t{number}];
       const SideSums &front = sums[2 * std::size_t{number}], &back = sums[2 * std::size_t{number} + 1];
@@ -344,7 +345,7 @@ bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty,
                   const VoxelLayer& from = (dirty[c] & rest & (~rest + 1)) != 0 ? patch : layer;
                   const std::uint32_t number = from.numberOf(grid, voxel);
                   made.axis[to] = from.axis[number];
-                  made.voxel[to] = voxel;
+                  made.voxel[to] = glm::u8vec3(voxel);
                   made.side[2 * std::size_t{to}] = from.side[2 * std::size_t{number}];
                   made.side[2 * std::size_t{to} + 1] = from.side[2 * std::size_t{number} + 1];
                 }

@@ -8,6 +8,8 @@
 #include "runtime/voxels/summed_surfaces.h"
 #include "runtime/voxels/voxel_grid.h"
 
+#include <glm/gtc/type_precision.hpp>
+
 #include <array>
 #include <cstdint>
 #include <span>
@@ -38,7 +40,7 @@ struct VoxelLayer {
   std::vector<std::uint64_t> bits;       // [Size cells] brickBit() of each voxel; CRC's geometry volume
   std::vector<std::uint32_t> first;      // [Size cells] number of the cell's first occupied voxel
   std::vector<glm::vec3> axis;           // [Size kept] unit: toward the front side
-  std::vector<glm::ivec3> voxel;         // [Size kept]
+  std::vector<glm::u8vec3> voxel;        // [Size kept] its place: grids have up to 256 voxels along a side
   std::vector<VoxelSide> side;           // [Size 2 kept] front, back
   std::uint32_t occupied = 0, kept = 0;  // voxels, and those of them that have sides
 

@@ -231,7 +231,8 @@ std::vector<std::pair<std::string, std::size_t>> VoxelVolume::bufferSizes() cons
   for (const PackedMesh& mesh : geometry_->mesh) geometry += mesh.bytes();
   return {{"bricks",
            bytes(bits_) + bytes(standing_.bits) + bytes(standing_.first) + bytes(moving_.bits) + bytes(moving_.first)},
-          {"voxel sides", bytes(standing_.axis) + bytes(standing_.side) + bytes(moving_.axis) + bytes(moving_.side)},
+          {"voxel sides", bytes(standing_.axis) + bytes(standing_.voxel) + bytes(standing_.side) + bytes(moving_.axis) +
+                              bytes(moving_.voxel) + bytes(moving_.side)},
           {"voxel light", bytes(direct_) + bytes(radiance_)},
           {"voxel geometry", geometry}};
 }

@@ -110,7 +110,7 @@ class VoxelVolume {
   const VoxelSide& side(std::uint32_t index) const {
     return index < standingSides() ? standing_.side[index] : moving_.side[index - standingSides()];
   }
-  const glm::ivec3& voxelOfSide(std::uint32_t index) const {
+  glm::ivec3 voxelOfSide(std::uint32_t index) const {
     return index < standingSides() ? standing_.voxel[index / 2] : moving_.voxel[(index - standingSides()) / 2];
   }
   std::span<const glm::vec3> direct() const { return direct_; }  // [W/m²] [Size sideCount()]

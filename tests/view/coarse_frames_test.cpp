@@ -77,6 +77,22 @@ TEST_F(CoarseSession, isWholeOnceTheViewRests) {
   EXPECT_FALSE(isCoarse(true));
 }
 
+// Near the bar frames would be coarse and whole by turns.
+TEST(CoarseFrames, staySlowUntilTheyAreMuchQuicker) {
+  CoarseFrames frames;
+  ViewState state;
+  const auto isCoarseAfter = [&](double drawMs, bool wasCoarse) {
+    frames.tell(drawMs, wasCoarse);
+    state.camera.yawRad += 0.01f;
+    return frames.isWanted(state);
+  };
+  EXPECT_FALSE(isCoarseAfter(90.0, false));
+  EXPECT_TRUE(isCoarseAfter(110.0, false));
+  EXPECT_TRUE(isCoarseAfter(30.0, true)) << "a whole one would take some 90 ms";
+  EXPECT_FALSE(isCoarseAfter(10.0, true));
+  EXPECT_FALSE(isCoarseAfter(90.0, false));
+}
+
 TEST_F(CoarseSession, fitsAWindowOfOddSize) {
   writeBakeFile(small(512));
   start(at("level.relume"));

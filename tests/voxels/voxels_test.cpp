@@ -285,7 +285,7 @@ TEST(VoxelSides, areaIsTheMeshs) {
       if ((layer.bits[c] >> bit & 1u) == 0) continue;
       const glm::ivec3 v = 4 * volume->grid().cellAt(c) + glm::ivec3(bit & 3, bit >> 2 & 3, bit >> 4);
       ASSERT_EQ(layer.numberOf(volume->grid(), v), number);
-      ASSERT_EQ(layer.voxel[number++], v);
+      ASSERT_EQ(glm::ivec3(layer.voxel[number++]), v);
     }
   }
   EXPECT_EQ(number, layer.occupied);

@@ -9,6 +9,7 @@ namespace relume {
 namespace {
 
 constexpr double kSlowMs = 100.0;  // of a whole frame
+constexpr double kQuick = 0.5;     // share of that below which slow frames count as quick again
 constexpr double kWhole = 3.0;     // times as long as one of a quarter of the pixels, whose triangles are as many
 
 }  // namespace
@@ -48,6 +49,8 @@ void CoarseFrames::end(GLuint framebuffer, std::uint32_t width, std::uint32_t he
   glViewport(0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
 }
 
-void CoarseFrames::tell(double drawMs, bool wasCoarse) { isSlow_ = (wasCoarse ? kWhole : 1.0) * drawMs > kSlowMs; }
+void CoarseFrames::tell(double drawMs, bool wasCoarse) {
+  isSlow_ = (wasCoarse ? kWhole : 1.0) * drawMs > (isSlow_ ? kQuick : 1.0) * kSlowMs;
+}
 
 }  // namespace relume

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Runs of triangles that are passed over: none has a triangle that reaches into the box.
+// Meshes as a volume keeps them are those of the host; runs that are passed over have no triangle in the box.
 #include "runtime/voxels/packed_mesh.h"
 
 #include <gtest/gtest.h>
