@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <sys/mman.h>
+
 #include <limits>
 
 namespace relume {
@@ -153,6 +155,20 @@ TEST_F(DiffCommand, refusesWhatCannotBeComparedByName) {
   expectRefused({half_, folder_.string()}, 2, {folder_.string()});
   expectRefused({half_, half_, "-o", at("error.jpg")}, 1, {".exr", ".png", "error.jpg"});
   expectRefused({half_, half_, "-o", at("no/such/error.png")}, 2, {"error.png"});
+}
+
+// Layers side by side may be more than the encoder counts in 32 bits, which then writes beyond its memory.
+TEST_F(DiffCommand, aPngOfTooManyPixelsIsRefused) {
+  constexpr std::uint32_t kSide = 65536, kRows = 22000;
+  constexpr std::size_t kBytes = std::size_t{3} * kSide * kRows;
+  void* const zeros = ::mmap(nullptr, kBytes, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (zeros == MAP_FAILED) GTEST_SKIP() << "no address space";
+  const Status written = writePng(at("large.png"), kSide, kRows,
+                                  std::span<const std::uint8_t>(static_cast<const std::uint8_t*>(zeros), kBytes));
+  ::munmap(zeros, kBytes);
+  ASSERT_FALSE(written);
+  EXPECT_NE(written.error().message.find("65536 x 22000 pixels are too many for a PNG"), std::string::npos)
+      << written.error().message;
 }
 
 // An OpenEXR of an uncompressed pixel (or, with another number, a packed one) whose header claims 16384 x 16384.

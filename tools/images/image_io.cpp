@@ -78,6 +78,10 @@ Status checkSize(const std::filesystem::path& path, std::uint32_t width, std::ui
                                      std::to_string(height) + " pixels expected, " + std::to_string(pixels) + " found"};
 }
 
+// stb_image_write counts the bytes of all rows, each with one for its filter, in an int, and grows what it packs them
+// to by doubling.
+bool fitsPng(std::uint64_t width, std::uint64_t height) { return (3 * width + 1) * height < 1u << 30; }
+
 // How many bytes of pixels a byte of a file can stand for; 0 = no bound is known.
 double maxPacking(Imf::Compression compression) {
   switch (compression) {
@@ -226,13 +230,19 @@ std::vector<std::uint8_t> encodeSrgb(std::span<const glm::vec3> pixels, float ex
 Status writePng(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
                 std::span<const std::uint8_t> rgb) {
   if (Status ok = checkSize(path, width, height, rgb.size() / 3); !ok) return ok;
+  if (!fitsPng(width, height))
+    return Error{ErrorCode::failed, "cannot write \"" + path.string() + "\": " + std::to_string(width) + " x " +
+                                        std::to_string(height) +
+                                        " pixels are too many for a PNG, whose rows hold less than "
+                                        "1 GiB in all; write an .exr, or a smaller image"};
   const std::vector<std::byte> bytes = encodePng(width, height, rgb);
   return bytes.empty() ? cannotWrite(path, "out of memory") : writeBytes(path, bytes);
 }
 
 std::vector<std::byte> encodePng(std::uint32_t width, std::uint32_t height, std::span<const std::uint8_t> rgb) {
   std::vector<std::byte> bytes;
-  if (width == 0 || height == 0 || rgb.size() != std::size_t{3} * width * height) return bytes;
+  if (width == 0 || height == 0 || rgb.size() != std::size_t{3} * width * height || !fitsPng(width, height))
+    return bytes;
   const auto append = [](void* context, void* data, int size) {
     const auto* first = static_cast<const std::byte*>(data);
     auto& all = *static_cast<std::vector<std::byte>*>(context);

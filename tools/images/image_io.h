@@ -50,11 +50,12 @@ Status writePng(const std::filesystem::path& path, std::uint32_t width, std::uin
 // 8-bit sRGB of linear values after multiplying by exposure; above 1 clips, NaN becomes black. [Size 3 * pixels]
 std::vector<std::uint8_t> encodeSrgb(std::span<const glm::vec3> pixels, float exposure = 1.0f);
 
-// Write 8-bit values as they are. [Size rgb == 3 width height] Errors as above.
+// Write 8-bit values as they are. [Size rgb == 3 width height] Errors as above; failed: rows of 1 GiB in all, or more.
 Status writePng(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
                 std::span<const std::uint8_t> rgb);
 
-// The bytes of a PNG of 8-bit sRGB values, for embedding. [Size rgb == 3 width height] Empty when sizes disagree.
+// The bytes of a PNG of 8-bit sRGB values, for embedding. [Size rgb == 3 width height] Empty when sizes disagree, and
+// where writePng() fails.
 std::vector<std::byte> encodePng(std::uint32_t width, std::uint32_t height, std::span<const std::uint8_t> rgb);
 
 // By the name's extension: .exr with channels R, G, B, or .png. usage for any other extension.
