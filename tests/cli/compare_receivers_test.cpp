@@ -208,6 +208,40 @@ TEST(CompareReceivers, nodesThatAreIgnoredDoNotCount) {
   EXPECT_EQ(light->maxReceiverChange, 0.0);
 }
 
+// Receivers that do not count do not change what the others are measured by.
+TEST(CompareReceivers, nodesThatAreIgnoredAreAsIfTheyWereNotThere) {
+  Bake changed = original();
+  swapParts(changed);
+  const Receivers all = placeReceivers(original(), changed, nullptr);
+  Receivers few = all;
+  const std::uint32_t kept = all.list.front().group;
+  std::erase_if(few.list, [&](const Receiver& r) { return r.group != kept; });
+  ASSERT_LT(few.list.size(), all.list.size() / 2);
+  std::vector<bool> none(all.groups.size(), false), others(all.groups.size(), true);
+  others[kept] = false;
+  Result<Relighter> a = Relighter::create(original(), {}), b = Relighter::create(changed, {});
+  ASSERT_TRUE(a && b);
+  LightSetup setup;
+  setup.skyRadiance = glm::vec3(1.0f);
+  const std::vector<Light> lights(1);
+  setup.lights = lights;
+  ASSERT_TRUE(a->relight(setup) && b->relight(setup));
+  const GroupChange ignored = compareReceivers(all, others, *a, *b).groups[kept];
+  EXPECT_GT(ignored.change, 0.0);
+  EXPECT_EQ(ignored.change, compareReceivers(few, none, *a, *b).groups[kept].change);
+}
+
+// Two bakes of one level, held against each other over the surfaces of another one: there is nothing to compare on.
+TEST(CompareReceivers, aSceneThatHasNoneOfThePartsComparesNone) {
+  Bake changed = original();
+  shuffleCorners(changed);
+  Scene other = level();
+  for (Instance& instance : other.instances) instance.node += " of another level";
+  const LightDifference light = difference(original(), changed, &other);
+  EXPECT_EQ(light.receivers.partsMatched, 0u);
+  EXPECT_TRUE(light.receivers.unmatched);
+}
+
 TEST(CompareReceivers, partsThatAreGoneOrReshapedAreCounted) {
   Bake changed = original();
   std::vector<BakedInstance> parts = changed.instances.toVector();

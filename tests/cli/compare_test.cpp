@@ -2,6 +2,7 @@
 // Two bakes held against each other: what is said about scene, places and light of bakes whose difference is known.
 #include "formats/chunks.h"
 #include "formats/compact_links.h"
+#include "formats/validate.h"
 #include "relume/bake_file.h"
 #include "relume/relighter.h"
 #include "tests/cli/check_schema.h"
@@ -164,6 +165,20 @@ TEST(CompareLight, farAndTurnedCachesHaveNoPartner) {
   EXPECT_TRUE(difference(blackBake(), far).unmatched);
 }
 
+// Nothing that was compared is not the same as no difference.
+TEST(CompareLight, bakesWithoutCachesDoNotPassForOthers) {
+  Bake none = makeSmallBake();
+  none.caches = {};
+  none.links = {};
+  none.links.rowBegin = std::vector<std::uint32_t>{0};
+  none.surfels.receiver = std::vector<std::uint32_t>(6, kGridReceiver);
+  for (const Finding& finding : validateBake(none))
+    ASSERT_NE(finding.severity, FindingSeverity::error) << toString(finding);
+  EXPECT_TRUE(difference(none, makeSmallBake()).unmatched);
+  EXPECT_TRUE(difference(makeSmallBake(), none).unmatched);
+  EXPECT_FALSE(difference(none, none).unmatched);
+}
+
 TEST(CompareLight, ignoredLightingsAndNodesDoNotCount) {
   Bake b = blackBake();
   scaleLinks(b, 4, 5, 2.0f);
@@ -231,6 +246,30 @@ TEST(CompareReport, followsThePublishedSchemaAndTheSchemaBites) {
     const std::size_t found = text.find(heading, at);
     ASSERT_NE(found, std::string::npos) << heading << " missing or out of order\n" << text;
     at = found;
+  }
+}
+
+// Arrays that one of the bakes lacks, whichever it is; no certificate is not an error of 0.
+TEST(CompareReport, listsWhatOneBakeAloneHas) {
+  std::ifstream file(RELUME_SOURCE_DIR "/docs/compare.schema.json");
+  SchemaCheck schema(Json::parse(file));
+  const BakeFile plain = fileOf(makeSmallBake(), "plain"), drivable = fileOf(makeSmallDrivableBake(), "drivable");
+  for (const bool back : {false, true}) {
+    const BakeFile &a = back ? drivable : plain, &b = back ? plain : drivable;
+    const Json report = reportDifference(a, b, difference(a.bake, b.bake), {}, {});
+    EXPECT_EQ(schema.check(report), std::vector<std::string>{});
+    std::size_t found = 0;
+    for (const Json& array : report["sizes"]["arrays"]) {
+      if (array["array"] != "emit.surfel") continue;
+      ++found;
+      EXPECT_EQ(array["same"], false);
+      EXPECT_EQ(array[back ? "b" : "a"], 0);
+      EXPECT_GT(array[back ? "a" : "b"], 0);
+    }
+    EXPECT_EQ(found, 1u);
+    EXPECT_NE(reportAsText(report).find("emit.surfel"), std::string::npos) << reportAsText(report);
+    EXPECT_TRUE(report["arrays"]["certifiedError"]["a"].is_null());
+    EXPECT_NE(reportAsText(report).find("none -> none"), std::string::npos) << reportAsText(report);
   }
 }
 

@@ -199,7 +199,7 @@ LightingDifference compareLighting(const Lighting& lighting, const Bake& bakeA, 
   return d;
 }
 
-// Split --ignore into lightings and nodes; every name must mean something.
+// Split --ignore into lightings, of which every name must mean something, and nodes, which other levels may have.
 Status applyIgnore(const LightIgnore& ignore, const std::vector<Lighting>& lightings, std::vector<bool>& lightingOff,
                    std::vector<std::string>& nodes) {
   lightingOff.assign(lightings.size(), false);
@@ -305,7 +305,8 @@ Result<LightDifference> compareLight(const Bake& a, const Bake& b, const Scene* 
   std::vector<bool> ignored;
   for (const CachePair& pair : d.match.pairs)
     ignored.push_back(std::find(ignoredNodes.begin(), ignoredNodes.end(), nodes[pair.a]) != ignoredNodes.end());
-  d.unmatched = 2 * d.match.pairs.size() < a.caches.count();
+  d.unmatched =
+      2 * d.match.pairs.size() < a.caches.count() || (d.match.pairs.empty() && d.match.onlyInA + d.match.onlyInB > 0);
 
   // Choose receivers
   d.receivers = placeReceivers(a, b, scene);

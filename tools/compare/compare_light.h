@@ -69,7 +69,7 @@ struct LightDifference {
   std::vector<NodeDifference> nodes;  // worst first
   std::vector<WorstReceivers> worstReceivers;  // every group that changed, worst first
   double maxRmse = 0.0, maxChange = 0.0, maxDeltaE = 0.0, maxReceiverChange = 0.0;  // over what counts
-  bool unmatched = false;  // fewer than half of A's caches have a partner
+  bool unmatched = false;  // fewer than half of A's caches have a partner, or none at all of either bake's
 };
 
 // What --ignore leaves out: "sky", "suns", "points", "emitters", a lighting's own name, or "node:NAME".

@@ -70,6 +70,8 @@ std::string fixed(double value, int digits) { return printed("%.*f", digits, val
 
 std::string percent(const Json& value) { return fixed(100.0 * reportNumber(value), 2) + "&nbsp;%"; }
 
+std::string certifiedText(const Json& error) { return error.is_null() ? "none" : percent(error); }
+
 std::string kib(const Json& value) { return fixed(reportNumber(value) / 1024.0, 1); }
 
 std::string row(std::initializer_list<std::string> cells, const char* tag = "td") {
@@ -171,7 +173,7 @@ std::string arraysPanel(const Json& arrays) {
       row({"cost of the clusters", fixed(reportNumber(arrays["clusterCost"]["a"]), 4) + " &rarr; " +
                                        fixed(reportNumber(arrays["clusterCost"]["b"]), 4)}) +
       row({"certified error",
-           percent(arrays["certifiedError"]["a"]) + " &rarr; " + percent(arrays["certifiedError"]["b"])}) +
+           certifiedText(arrays["certifiedError"]["a"]) + " &rarr; " + certifiedText(arrays["certifiedError"]["b"])}) +
       row({"caches", both(c["count"])}) +
       row({"matched / only in A / only in B",
            textOf(c["matched"]) + " / " + textOf(c["onlyInA"]) + " / " + textOf(c["onlyInB"])}) +

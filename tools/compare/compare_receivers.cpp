@@ -39,16 +39,17 @@ ReceiverLighting compareReceivers(const Receivers& receivers, const std::vector<
   std::vector<Sums> sums(receivers.groups.size());
   Sums surfaces, air;
   double meanA = 0.0, meanB = 0.0;
+  std::size_t counted = 0;
   for (const Receiver& receiver : receivers.list) {
     if (ignored[receiver.group]) continue;
     const glm::dvec3 before = read(receiver.a, a), now = read(receiver.b, b);
     sums[receiver.group].add(before, now);
     (receiver.group == Receivers::kAir ? air : surfaces).add(before, now);
+    ++counted;
     meanA += glm::length(before);
     meanB += glm::length(now);
   }
-  const double floor =
-      0.05 * std::max(meanA, meanB) / static_cast<double>(std::max<std::size_t>(receivers.list.size(), 1));
+  const double floor = 0.05 * std::max(meanA, meanB) / static_cast<double>(std::max<std::size_t>(counted, 1));
   ReceiverLighting result{surfaces.change(floor), air.change(floor), {}};
   for (std::uint32_t g = 0; g < sums.size(); ++g) result.groups.push_back({g, sums[g].count, sums[g].change(floor)});
   return result;

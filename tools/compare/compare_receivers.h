@@ -45,7 +45,7 @@ struct Receivers {
   std::uint32_t partsMatched = 0;                    // parts with receivers
   std::uint32_t partsOnlyInA = 0, partsOnlyInB = 0;  // no part of that node and mesh in the other bake
   std::uint32_t partsReshaped = 0;                   // other geometry with another number of triangles: not compared
-  bool unmatched = false;                            // fewer than half of A's parts can be compared
+  bool unmatched = false;  // fewer than half of A's parts can be compared: gone, reshaped, or not in the scene
   static constexpr std::uint32_t kAir = 0;
 };
 
@@ -57,8 +57,8 @@ Receivers placeReceivers(const Bake& a, const Bake& b, const Scene* scene);
 // One lighting, over the receivers of one group. E is the irradiance a receiver reads.
 struct GroupChange {
   std::uint32_t group = 0, receivers = 0;
-  double change = 0.0;  // rms |E_B - E_A| / (rms |E_A| + floor); floor: a twentieth of the mean |E| over all receivers,
-                        // of the brighter bake
+  double change = 0.0;  // rms |E_B - E_A| / (rms |E_A| + floor); floor: a twentieth of the mean |E| over all receivers
+                        // that count, of the brighter bake
 };
 
 struct ReceiverLighting {
@@ -66,7 +66,7 @@ struct ReceiverLighting {
   std::vector<GroupChange> groups;   // [Size Receivers::groups] in their order; no receivers = 0
 };
 
-// Both relighters have converged under the same lighting. `ignored` groups are read but left out of the sums.
+// Both relighters have converged under the same lighting. `ignored` groups are left out of all sums.
 // [Size ignored == groups]
 ReceiverLighting compareReceivers(const Receivers& receivers, const std::vector<bool>& ignored, const Relighter& a,
                                   const Relighter& b);

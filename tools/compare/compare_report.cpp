@@ -30,6 +30,11 @@ std::uint64_t bytesOf(const BakeFile& file) {
   return bytes;
 }
 
+// Null where a bake has no certificate, which is no error of 0.
+Json certifiedOf(const Bake& bake) {
+  return bake.certificate.empty() ? Json() : Json(certifiedError(bake.certificate));
+}
+
 // Options that differ, by path; null where a bake has none of that name.
 Json compareOptions(const std::string& a, const std::string& b) {
   const auto flat = [](const std::string& text) {
@@ -80,9 +85,15 @@ Json compareSizes(const BakeFile& a, const BakeFile& b) {
     }
   }
   Json list = Json::array();
-  for (const ChunkInfo& c : a.chunks)
-    list.push_back(
-        {{"array", c.name}, {"a", bytes[c.name].first}, {"b", bytes[c.name].second}, {"same", same[c.name]}});
+  std::set<std::string> listed;
+  // Bakes without emitters or certificate lack some arrays: those of B alone come last.
+  for (const BakeFile* file : {&a, &b}) {
+    for (const ChunkInfo& c : file->chunks) {
+      if (!listed.insert(c.name).second) continue;
+      list.push_back(
+          {{"array", c.name}, {"a", bytes[c.name].first}, {"b", bytes[c.name].second}, {"same", same[c.name]}});
+    }
+  }
   return {{"a", bytesOf(a)}, {"b", bytesOf(b)}, {"arrays", list}};
 }
 
@@ -313,7 +324,7 @@ Json reportDifference(const BakeFile& a, const BakeFile& b, const LightDifferenc
           {"arrays",
            {{"surfels", compareSurfels(a.bake.surfels, b.bake.surfels)},
             {"clusterCost", pairOf(clusterCost(a.bake), clusterCost(b.bake))},
-            {"certifiedError", pairOf(certifiedError(a.bake.certificate), certifiedError(b.bake.certificate))},
+            {"certifiedError", pairOf(certifiedOf(a.bake), certifiedOf(b.bake))},
             {"caches", compareCaches(a.bake, b.bake, light.match)},
             {"links", compareLinks(a.bake, b.bake, light.match)}}},
           {"light", describeLight(light)},

@@ -59,8 +59,11 @@ void printArrays(std::string& text, const Json& arrays) {
        reportText(surfels["elsewhere"]).c_str());
   line(text, "  %-22s %.4f -> %.4f", "cluster cost", reportNumber(arrays["clusterCost"]["a"]),
        reportNumber(arrays["clusterCost"]["b"]));
-  line(text, "  %-22s %.1f %% -> %.1f %%", "certified error", 100 * reportNumber(arrays["certifiedError"]["a"]),
-       100 * reportNumber(arrays["certifiedError"]["b"]));
+  const auto certified = [&](const char* which) {
+    const Json& error = arrays["certifiedError"][which];
+    return error.is_null() ? std::string("none") : printed("%.1f %%", 100 * reportNumber(error));
+  };
+  line(text, "  %-22s %s -> %s", "certified error", certified("a").c_str(), certified("b").c_str());
   both(text, "caches", caches["count"]);
   line(text, "  %-22s %s matched, %s moved (mean %.4f m, most %.4f m), %s only in A, %s only in B", "",
        reportText(caches["matched"]).c_str(), reportText(caches["moved"]).c_str(), reportNumber(caches["meanMoveM"]),

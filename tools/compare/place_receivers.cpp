@@ -161,7 +161,7 @@ class Placer {
     const PartIndex ofScene = indexParts(now);
     const auto& partsA = a_.caches.lightmap.parts;
     const auto& partsB = b_.caches.lightmap.parts;
-    std::uint32_t found = 0;
+    std::uint32_t found = 0, notInScene = 0;
     for (const auto& [key, i] : indexParts(a_.instances)) {
       const auto other = ofB.find(key);
       if (other == ofB.end()) {
@@ -178,7 +178,10 @@ class Placer {
       bool same = sameTriangles(before.geometryHash, countA, after.geometryHash, countB);
       if (scene_) {
         const auto instance = ofScene.find(key);
-        if (instance == ofScene.end()) continue;
+        if (instance == ofScene.end()) {
+          ++notInScene;
+          continue;
+        }
         pair.instance = instance->second;
         pair.triangles =
             static_cast<std::uint32_t>(scene_->meshes[scene_->instances[pair.instance].mesh].triangle.size());
@@ -194,7 +197,7 @@ class Placer {
     }
     out_.partsOnlyInB = static_cast<std::uint32_t>(b_.instances.size()) - found;
     out_.partsMatched = static_cast<std::uint32_t>(pairs_.size());
-    out_.unmatched = 2 * (std::size_t{out_.partsOnlyInA} + out_.partsReshaped) > a_.instances.size();
+    out_.unmatched = 2 * (std::size_t{out_.partsOnlyInA} + out_.partsReshaped + notInScene) > a_.instances.size();
     std::sort(pairs_.begin(), pairs_.end(), [](const Pair& x, const Pair& y) { return x.a < y.a; });
   }
 
