@@ -128,6 +128,43 @@ TEST_F(Cli, usageErrors) {
   expectFailure(run({"validate"}), 1, "FILE");
 }
 
+// A list is one word with commas: what comes after it is the command's.
+TEST_F(Cli, listsDoNotTakeTheArgumentsBehindThem) {
+  const std::string none = (folder_ / "none.glb").string(), picture = (folder_ / "p.png").string();
+  expectFailure(run({"render", "--aov", "direct,normal", none, "-o", picture}), 2, "none.glb");
+  expectFailure(run({"render", "--aov", "direct", "--lights", "all", none, "-o", picture}), 2, "none.glb");
+  expectFailure(run({"preview", "--aov", "direct", none, "-o", picture}), 2, "none.glb");
+  expectFailure(run({"compare", "--ignore", "sky,suns", none, room_}), 2, "none.glb");
+}
+
+TEST_F(Cli, endsOfRangesAreInThem) {
+  const std::string none = (folder_ / "none.glb").string(), picture = (folder_ / "p.png").string();
+  for (const char* accuracy : {"0.02", "2"})
+    expectFailure(run({"preview", none, "-o", picture, "--accuracy", accuracy}), 2, "none.glb");
+  for (const char* accuracy : {"0.0199", "2.001", ""})
+    expectFailure(run({"preview", none, "-o", picture, "--accuracy", accuracy}), 1, "--accuracy: a number");
+}
+
+// No comparison with NaN is true, and -1 of 64 bits without a sign is the largest number there is.
+TEST_F(Cli, numbersThatAreNoneAreRefused) {
+  const std::string none = (folder_ / "none.glb").string(), picture = (folder_ / "p.png").string();
+  for (const char* value : {"nan", "-nan", "inf", "-1", "1e999", ""}) {
+    expectFailure(run({"render", none, "-o", picture, "--live", "--aov", "occlusion", "--occlusion-falloff", value}), 1,
+                  "--occlusion-falloff: a number of 0..1e6 expected");
+    expectFailure(run({"render", none, "-o", picture, "--edit-reach", value}), 1, "--edit-reach: a number of 0..1e8");
+    expectFailure(run({"render", none, "-o", picture, "--live", "--presence", value}), 1, "--presence: a number");
+  }
+  for (const char* value : {"-1", "18446744073709551616", "99999999999999999999", "x", ""}) {
+    for (const char* command : {"reference", "preview"})
+      expectFailure(run({command, none, "-o", picture, "--seed", value}), 1, "--seed: a whole number expected");
+    expectFailure(run({"store", "gc", (folder_ / "out").string(), "--limit", value}), 1, "--limit: a ");
+    expectFailure(run({"info", none, "--max-memory", value}), 1, "--max-memory: a ");
+    expectFailure(run(bakeArguments(none, {"--store-limit", value})), 1, "--store-limit: a ");
+  }
+  expectFailure(run({"reference", none, "-o", picture, "--seed", "18446744073709551615"}), 2, "none.glb");
+  expectFailure(run({"info", none, "--max-memory", "8 G"}), 2, "none.glb");
+}
+
 TEST_F(Cli, helpSaysWhatIsRequired) {
   const ProgramResult help = run({"bake", "--help"});
   EXPECT_NE(help.out.find("[OPTIONS] SCENE\n"), std::string::npos) << help.out;

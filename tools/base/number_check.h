@@ -7,23 +7,56 @@
 
 #include <CLI/CLI.hpp>
 
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
+#include <system_error>
 
 namespace relume {
 
-// Finite and of [low, high]; the message names the range and what was found.
+// Finite and of [low, high], whose ends are taken as floats as well: 0.02 is of 0.02 to 2. The message names the range
+// and what was found.
 inline CLI::Validator numberFrom(double low, double high = std::numeric_limits<double>::infinity()) {
   const std::string range = std::isfinite(high) ? decimal(low) + " to " + decimal(high) : decimal(low) + " or more";
   return CLI::Validator(
       [low, high, range](const std::string& input) {
         const std::optional<float> value = finiteNumber(input);
-        return value && *value >= low && *value <= high ? std::string()
-                                                        : "a number, " + range + ", expected; \"" + input + "\" found";
+        return value && *value >= static_cast<float>(low) && *value <= static_cast<float>(high)
+                   ? std::string()
+                   : "a number, " + range + ", expected; \"" + input + "\" found";
       },
       "");
+}
+
+// Whether a text begins with a whole number of 64 bits without a sign. What CLI11 reads makes 2^64 - 1 of -1, and of
+// all that is beyond.
+inline bool beginsWithCount(const std::string& text, bool isAll) {
+  std::uint64_t count = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
+  return error == std::errc() && (!isAll || end == text.data() + text.size());
+}
+
+// Of [0, 2^64 - 1].
+inline CLI::Validator count64() {
+  return CLI::Validator(
+      [](const std::string& input) {
+        return beginsWithCount(input, true) ? std::string() : "a whole number expected; \"" + input + "\" found";
+      },
+      "");
+}
+
+// Bytes, or a number with a unit: 512M, 8G.
+inline CLI::Option* takeBytes(CLI::Option* option) {
+  // What is added last is asked first.
+  return option->transform(CLI::AsSizeValue(false))
+      ->transform(CLI::Validator(
+          [](std::string& input) {
+            return beginsWithCount(input, false) ? std::string() : "a size expected; \"" + input + "\" found";
+          },
+          ""));
 }
 
 }  // namespace relume

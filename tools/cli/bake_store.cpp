@@ -4,6 +4,7 @@
 
 #include "bake/shards/stored_bake.h"
 #include "relume/bake/bake.h"
+#include "tools/base/number_check.h"
 
 #include <CLI/CLI.hpp>
 
@@ -37,12 +38,13 @@ void addStoreOptions(CLI::App& command, StoreArguments& arguments) {
                   "Folder or URL (a server that takes PUT and GET) where what is computed is kept for later bakes and "
                   "looked for; never changes the result")
       ->option_text("DIR|URL");
-  command
-      .add_option("--store-limit", arguments.limit,
-                  "What a folder of --store may hold: bytes, or with a unit (512M, 8G); what was used longest ago goes "
-                  "first; 0 = no limit")
-      ->option_text("SIZE [16G]")
-      ->transform(CLI::AsSizeValue(false));
+  takeBytes(
+      command
+          .add_option(
+              "--store-limit", arguments.limit,
+              "What a folder of --store may hold: bytes, or with a unit (512M, 8G); what was used longest ago goes "
+              "first; 0 = no limit")
+          ->option_text("SIZE [16G]"));
   command.add_flag("--store-stats", arguments.stats, "Print what --store had, and what was written to it");
 }
 

@@ -183,6 +183,7 @@ void addCompareCommand(CLI::App& app, Action& action) {
           "What the bounds leave out, separated by commas: sky, suns, points, emitters, a lighting by its name, "
           "node:NAME")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->option_text("LIST");
   command
       ->add_option(

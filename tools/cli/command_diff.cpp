@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // `relume diff IMAGE REFERENCE`: how far an image is from another of the same view, in figures and as a picture.
 #include "bake/base/memory_budget.h"
+#include "tools/base/number_check.h"
 #include "tools/base/output_files.h"
-#include "tools/base/parse_numbers.h"
 #include "tools/base/printable.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/terminal.h"
@@ -24,25 +24,16 @@
 namespace relume {
 namespace {
 
+struct Bounds {
+  std::optional<double> rmse, flip;
+};
+
 struct DiffArguments {
-  std::string image, reference, output, layer, exposure = "auto", maxRmse, maxFlip;
+  std::string image, reference, output, layer, exposure = "auto";
+  Bounds bounds;
   std::uint64_t maxMemory = 0;
   bool json = false, force = false;
 };
-
-struct Bounds {
-  std::optional<float> rmse, flip;
-};
-
-Result<std::optional<float>> readBound(const char* option, const std::string& text) {
-  if (text.empty()) return std::optional<float>();
-  const std::optional<float> bound = finiteNumber(text);
-  if (!bound || *bound < 0.0f) {
-    return Error{ErrorCode::usage,
-                 std::string(option) + ": a finite number of at least 0 expected, \"" + text + "\" found"};
-  }
-  return bound;
-}
 
 // Stops for FLIP: as asked; from the reference; none for PNGs, which are exposed already.
 float stopsFor(const std::optional<float>& asked, const PictureFile& reference) {
@@ -93,7 +84,7 @@ void printJson(const PictureDifference& d, const DiffArguments& a, const Picture
 }
 
 void printText(const PictureDifference& d, const DiffArguments& a, const PictureFile& image,
-               const PictureFile& reference, float stops, double scale, const Bounds& bounds, bool exceeded) {
+               const PictureFile& reference, float stops, double scale, bool exceeded) {
   std::printf("%u x %u pixels, %s against %s of the reference\n", image.picture.width, image.picture.height,
               printable(image.channels).c_str(), printable(reference.channels).c_str());
   std::printf("RMSE           %.6g\n", d.rmse);
@@ -104,7 +95,7 @@ void printText(const PictureDifference& d, const DiffArguments& a, const Picture
   if (!a.output.empty()) std::printf("wrote %s", printable(a.output).c_str());
   if (scale > 0.0) std::printf(": red is too bright, blue too dark, full colour at %g %% or more", 100.0 * scale);
   if (!a.output.empty()) std::printf("\n");
-  if (bounds.rmse || bounds.flip) std::printf("%s\n", exceeded ? "EXCEEDED" : "WITHIN BOUNDS");
+  if (a.bounds.rmse || a.bounds.flip) std::printf("%s\n", exceeded ? "EXCEEDED" : "WITHIN BOUNDS");
 }
 
 Status checkFiles(const DiffArguments& a) {
@@ -120,10 +111,6 @@ Status checkFiles(const DiffArguments& a) {
 
 int runDiff(const DiffArguments& a) {
   // 1. What is asked for
-  const auto maxRmse = readBound("--max-rmse", a.maxRmse), maxFlip = readBound("--max-flip", a.maxFlip);
-  if (!maxRmse) return fail(maxRmse.error());
-  if (!maxFlip) return fail(maxFlip.error());
-  const Bounds bounds{*maxRmse, *maxFlip};
   const auto asked = readExposure(a.exposure);
   if (!asked) return fail(asked.error());
   const std::string extension = std::filesystem::path(a.output).extension().string();
@@ -160,11 +147,11 @@ int runDiff(const DiffArguments& a) {
     if (!written) return fail(written.error());
     scale = *written;
   }
-  const bool exceeded = exceeds(*difference, bounds);
+  const bool exceeded = exceeds(*difference, a.bounds);
   if (a.json)
     printJson(*difference, a, *image, *reference, stops, scale, exceeded);
   else
-    printText(*difference, a, *image, *reference, stops, scale, bounds, exceeded);
+    printText(*difference, a, *image, *reference, stops, scale, exceeded);
   return exceeded ? kDifferenceFound : 0;
 }
 
@@ -188,8 +175,14 @@ void addDiffCommand(CLI::App& app, Action& action) {
       ->add_option("--exposure", a->exposure,
                    "stops for FLIP, which sees what a screen shows: -30..30, or auto: from the reference; 0 for PNGs")
       ->capture_default_str();
-  command->add_option("--max-rmse", a->maxRmse, "exit with 7 when the relative RMSE is beyond this (0.02 = 2 %)");
-  command->add_option("--max-flip", a->maxFlip, "exit with 7 when the mean of FLIP is beyond this [0..1]");
+  command
+      ->add_option("--max-rmse", a->bounds.rmse,
+                   "exit with 7 when the relative RMSE is beyond this (0.02 = 2 %) [>= 0]")
+      ->option_text("X [none]")
+      ->check(numberFrom(0.0));
+  command->add_option("--max-flip", a->bounds.flip, "exit with 7 when the mean of FLIP is beyond this [0..1]")
+      ->option_text("X [none]")
+      ->check(numberFrom(0.0, 1.0));
   command->add_flag("--force", a->force, "write over a file that is something else than an image of that kind");
   command->add_flag("--json", a->json, "print JSON");
   addMemoryOption(*command, a->maxMemory);

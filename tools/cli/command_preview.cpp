@@ -320,7 +320,10 @@ void addRecordOptions(CLI::App& command, PreviewArguments& a) {
       ->check(numberFrom(0.0, 86400.0))
       ->capture_default_str()
       ->group(group);
-  command.add_option("--seed", a.options.seed, "seed of the random numbers")->capture_default_str()->group(group);
+  command.add_option("--seed", a.options.seed, "seed of the random numbers")
+      ->check(count64())
+      ->capture_default_str()
+      ->group(group);
 }
 
 }  // namespace
@@ -348,6 +351,7 @@ void addPreviewCommand(CLI::App& app, Action& action) {
           "weight: the sum of the records' weights w, as PNG w / (w + 10). Several go to several files: "
           "out.NAME.exr [indirect|bounced|direct|glossy|full|unbounced|albedo|normal|position|depth|records|weight]")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->capture_default_str();
   addGlossOption(*command, a->sceneOptions.gloss);
   command->add_option("--samples", a->samples, "sub-pixels along a pixel's side, box filtered")

@@ -7,6 +7,7 @@
 #include "relume/bake/load_scene.h"
 #include "relume/bake/options.h"
 #include "relume/bake/scene.h"
+#include "tools/base/number_check.h"
 #include "tools/base/output_files.h"
 #include "tools/base/printable.h"
 #include "tools/base/scene_options.h"
@@ -182,7 +183,7 @@ void addReferenceCommand(CLI::App& app, Action& action) {
   addExponentOption(*command, a->exponent);
   addGlossOption(*command, a->sceneOptions.gloss);
   addFalloffOption(*command, a->falloff);
-  command->add_option("--seed", a->options.seed, "seed of the random numbers")->capture_default_str();
+  command->add_option("--seed", a->options.seed, "seed of the random numbers")->check(count64())->capture_default_str();
   command
       ->add_option("-o,--output", a->output,
                    "image to write. .exr: R, G, B (radiance), DiffInd, DiffDir (irradiance / pi), DiffCol, Emit, "

@@ -312,13 +312,13 @@ void addRenderCommand(CLI::App& app, Action& action) {
   command
       ->add_option("--edit-reach", a->edit.reach,
                    "metres from such a part within which its change counts in full, with --edited-from; 0 = three "
-                   "times half of its diagonal, two cells at least")
-      ->check(CLI::Range(0.0f, kMaxLevelCoordinate))
+                   "times half of its diagonal, two cells at least [0..1e8]")
+      ->check(numberFrom(0.0, kMaxLevelCoordinate))
       ->capture_default_str();
   command
       ->add_option("--edit-fade", a->edit.fade,
-                   "metres beyond that within which it fades to nothing; 0 = as many as the reach")
-      ->check(CLI::Range(0.0f, kMaxLevelCoordinate))
+                   "metres beyond that within which it fades to nothing; 0 = as many as the reach [0..1e8]")
+      ->check(numberFrom(0.0, kMaxLevelCoordinate))
       ->capture_default_str();
   addViewOptions(*command, a->view);
   addMoveOption(*command, a->moves);
@@ -365,6 +365,7 @@ void addRenderCommand(CLI::App& app, Action& action) {
                    "voxels that light "
                    "[indirect|bounced|direct|glossy|full|unbounced|albedo|normal|position|depth|occlusion|voxels]")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->capture_default_str();
   addExponentOption(*command, a->exponent);
   addGlossOption(*command, a->sceneOptions.gloss);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // relume store gc DIR --limit SIZE: holds the folder of a store to a size.
 #include "bake/store/store.h"
+#include "tools/base/number_check.h"
 #include "tools/base/printable.h"
 #include "tools/cli/bake_store.h"
 #include "tools/cli/commands.h"
@@ -46,11 +47,10 @@ void addStoreCommand(CLI::App& app, Action& action) {
       ->required()
       ->check(CLI::IsMember({"gc"}));
   command->add_option("DIR", arguments->folder, "Folder of the store")->option_text("DIR REQUIRED")->required();
-  command
-      ->add_option("--limit", arguments->limit,
-                   "What the folder may hold: bytes, or with a unit (512M, 8G); 0 removes all")
-      ->option_text("SIZE [16G]")
-      ->transform(CLI::AsSizeValue(false));
+  takeBytes(command
+                ->add_option("--limit", arguments->limit,
+                             "What the folder may hold: bytes, or with a unit (512M, 8G); 0 removes all")
+                ->option_text("SIZE [16G]"));
   command->callback([arguments, &action] { action = [arguments] { return runStore(*arguments); }; });
 }
 

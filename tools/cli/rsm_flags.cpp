@@ -2,6 +2,7 @@
 // See rsm_flags.h.
 #include "tools/cli/rsm_flags.h"
 
+#include "tools/base/number_check.h"
 #include "tools/base/usage_message.h"
 
 #include <CLI/CLI.hpp>
@@ -45,12 +46,12 @@ void addRsmFlags(CLI::App& command, CLI::Option* live, RsmFlags& flags) {
       ->check(CLI::IsMember({"none", "sampled", "exact"}))
       ->needs(live)
       ->capture_default_str();
-  command.add_option("--presence", r.presence, "factor on the light of the cells, with --live-transport rsm")
-      ->check(CLI::Range(0.0, 100.0))
+  command.add_option("--presence", r.presence, "factor on the light of the cells, with --live-transport rsm [0..100]")
+      ->check(numberFrom(0.0, 100.0))
       ->needs(live)
       ->capture_default_str();
-  command.add_option("--bleeding", r.bleeding, "factor on its colour, with --live-transport rsm; 0 = grey")
-      ->check(CLI::Range(0.0, 100.0))
+  command.add_option("--bleeding", r.bleeding, "factor on its colour, with --live-transport rsm; 0 = grey [0..100]")
+      ->check(numberFrom(0.0, 100.0))
       ->needs(live)
       ->capture_default_str();
 }

@@ -2,6 +2,7 @@
 // See terminal.h.
 #include "tools/cli/terminal.h"
 
+#include "tools/base/number_check.h"
 #include "tools/base/printable.h"
 #include "tools/cli/interrupt.h"
 
@@ -209,13 +210,13 @@ void addProgressOption(CLI::App& command, ProgressStyle& progress) {
 }
 
 void addMemoryOption(CLI::App& command, std::uint64_t& maxMemory) {
-  command
-      .add_option(
-          "--max-memory", maxMemory,
-          "Memory the process may hold: bytes, or with a unit (512M, 8G); what would need more is refused by name "
-          "before it is allocated. Never changes the result [>= 1M]")
-      ->option_text("SIZE [three quarters of the machine's]")
-      ->transform(CLI::AsSizeValue(false))
+  takeBytes(
+      command
+          .add_option(
+              "--max-memory", maxMemory,
+              "Memory the process may hold: bytes, or with a unit (512M, 8G); what would need more is refused by name "
+              "before it is allocated. Never changes the result [>= 1M]")
+          ->option_text("SIZE [three quarters of the machine's]"))
       ->check([](const std::string& text) {
         constexpr std::uint64_t kMin = 1u << 20;
         return std::strtoull(text.c_str(), nullptr, 10) >= kMin ? std::string() : "at least 1M expected, " + text;

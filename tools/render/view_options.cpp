@@ -7,6 +7,7 @@
 #include "bake/scene/unit_vector.h"
 #include "formats/limits.h"
 #include "relume/glossy.h"
+#include "tools/base/number_check.h"
 #include "tools/base/parse_numbers.h"
 #include "tools/base/usage_message.h"
 #include "tools/render/default_view.h"
@@ -158,6 +159,7 @@ void addViewOptions(CLI::App& command, ViewOptions& options) {
                   "lights that are on, by their names or their nodes', separated by commas; \"emissive\" = all "
                   "emitting surfaces; or all, none")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->capture_default_str();
   command
       .add_option("--lights-file", options.lightsFile,
@@ -205,8 +207,9 @@ void addGlossOption(CLI::App& command, bool& gloss) {
 void addFalloffOption(CLI::App& command, float& falloff) {
   command
       .add_option("--occlusion-falloff", falloff,
-                  "with --aov occlusion: what is d metres away hides by 1 / (1 + this d); 0: at any distance alike")
-      ->check(CLI::Range(0.0f, 1e6f))
+                  "with --aov occlusion: what is d metres away hides by 1 / (1 + this d); 0: at any distance alike "
+                  "[0..1e6]")
+      ->check(numberFrom(0.0, 1e6))
       ->capture_default_str();
 }
 

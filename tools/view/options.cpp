@@ -73,6 +73,7 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
                  "lights that are on at the start, by their names or their nodes', separated by commas; \"emissive\", "
                  "\"all\", \"none\"")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->capture_default_str();
   app.add_option("--lights-file", o.lightsFile,
                  "more lights that are on: a JSON list of {type, position, direction, color, intensity, range, "
@@ -110,6 +111,7 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
                "gather the light over links for the view, as `relume preview` does, a few records in each frame");
   app.add_option("--overlay", o.overlays, "what to lay over it at the start, separated by commas")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(CLI::IsMember(std::vector<std::string>(kOverlayNames.begin(), kOverlayNames.end())));
   app.add_option("--shadow-size", o.shadowSize, "texels along a side of a shadow map")
       ->check(CLI::Range(64, 8192))
