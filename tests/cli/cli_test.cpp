@@ -6,6 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include <fcntl.h>
+
+#include <algorithm>
+#include <cstdlib>
 #include <limits>
 #include <map>
 
@@ -163,6 +167,24 @@ TEST_F(Cli, numbersThatAreNoneAreRefused) {
   }
   expectFailure(run({"reference", none, "-o", picture, "--seed", "18446744073709551615"}), 2, "none.glb");
   expectFailure(run({"info", none, "--max-memory", "8 G"}), 2, "none.glb");
+}
+
+TEST_F(Cli, aBarIsDrawnWhereATerminalCanClearIt) {
+  for (const char* kind : {"xterm", "dumb", ""}) {
+    const int master = ::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK);
+    if (master < 0 || ::grantpt(master) != 0 || ::unlockpt(master) != 0) GTEST_SKIP() << "no terminal can be made here";
+    const std::string name = ::ptsname(master);
+    const ProgramResult result = runProgram(bakeArguments(room_), folder_, [&] {
+      ::setenv("TERM", kind, 1);
+      ::dup2(::open(name.c_str(), O_RDWR | O_NOCTTY), STDERR_FILENO);
+    });
+    EXPECT_EQ(result.status, 0) << kind;
+    std::string drawn(1 << 16, '\0');
+    const ssize_t got = ::read(master, drawn.data(), drawn.size());
+    drawn.resize(static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+    ::close(master);
+    EXPECT_EQ(drawn.find("\x1b[K") != std::string::npos, std::string(kind) == "xterm") << kind << ": " << drawn;
+  }
 }
 
 TEST_F(Cli, helpSaysWhatIsRequired) {

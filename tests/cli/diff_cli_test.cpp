@@ -117,6 +117,17 @@ TEST_F(DiffCommand, boundsDecideTheExitStatus) {
   }
 }
 
+TEST_F(DiffCommand, endsBySigtermAsOtherCommandsDo) {
+  const std::string large = exr("large.exr", Pixels(2048 * 2048, glm::vec3(0.5f)), "", 2048);
+  Program program({"diff", large, large, "-o", at("out/error.png")}, folder_);
+  EXPECT_TRUE(program.waitForHandler(SIGTERM));
+  program.send(SIGTERM);
+  const ProgramResult ended = program.wait();
+  EXPECT_EQ(ended.status, 130) << ended.err;
+  EXPECT_EQ(ended.err, "relume: error: cancelled\n");
+  EXPECT_TRUE(std::filesystem::is_empty(folder_ / "out"));
+}
+
 TEST_F(DiffCommand, pngsAreComparedInLinearLight) {
   const std::string a = png("a.png", Pixels(kWidth * kHeight, glm::vec3(0.25f)));
   const std::string b = png("b.png", Pixels(kWidth * kHeight, glm::vec3(0.5f)));

@@ -80,6 +80,19 @@ class Program {
     return false;
   }
 
+  // Whether the program has taken a signal upon itself; gives up after half a minute.
+  bool waitForHandler(int signal) const {
+    const std::filesystem::path status = "/proc/" + std::to_string(pid_) + "/status";
+    for (int i = 0; i < 3000; ++i) {
+      const std::string text = readAll(status), name = "SigCgt:";
+      const std::size_t at = text.find(name);
+      if (at == std::string::npos) return false;
+      if (std::strtoull(text.c_str() + at + name.size(), nullptr, 16) >> (signal - 1) & 1u) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
+  }
+
  private:
   std::filesystem::path out_, err_;
   std::chrono::steady_clock::time_point begin_;

@@ -109,16 +109,12 @@ Result<std::optional<Scene>> readScene(const CompareArguments& arguments, const 
 }
 
 int runCompare(const CompareArguments& arguments) {
-  {
-    Terminal terminal(arguments.terminal);
-    if (const Status status = checkOutputs(filesOf(arguments), terminal.context()); !status)
-      return fail(status.error());
-  }
-  Context budget;
-  budget.maxMemory = arguments.terminal.maxMemory;
-  const Result<BakeFile> a = readChecked(arguments.a, budget);
+  Terminal terminal(arguments.terminal);
+  Context& context = terminal.context();
+  if (const Status status = checkOutputs(filesOf(arguments), context); !status) return fail(status.error());
+  const Result<BakeFile> a = readChecked(arguments.a, context);
   if (!a) return fail(a.error());
-  const Result<BakeFile> b = readChecked(arguments.b, budget);
+  const Result<BakeFile> b = readChecked(arguments.b, context);
   if (!b) return fail(b.error());
 
   const Result<Json> runA = readRun(arguments.runA), runB = readRun(arguments.runB);
@@ -131,17 +127,15 @@ int runCompare(const CompareArguments& arguments) {
     const ChunkInfo& last = a->chunks.back();
     report = reportSame(arguments.a, arguments.b, last.offset + last.bytes);
   } else {
-    Terminal terminal(arguments.terminal);
     // Each bake once more, as its relighter holds it.
     const double relit = static_cast<double>(sizeOf(*a)) + static_cast<double>(sizeOf(*b));
-    if (const Status ok =
-            reserveMemory(terminal.context(), "compare", relit, "relighting both bakes", "compare smaller bakes");
+    if (const Status ok = reserveMemory(context, "compare", relit, "relighting both bakes", "compare smaller bakes");
         !ok)
       return fail(ok.error());
-    Result<std::optional<Scene>> scene = readScene(arguments, a->bake, b->bake, terminal.context());
-    if (!scene) return fail(scene.error());
+    Result<std::optional<Scene>> scene = readScene(arguments, a->bake, b->bake, context);
+    if (!scene) return terminal.finish(), fail(scene.error());
     Result<LightDifference> light =
-        compareLight(a->bake, b->bake, *scene ? &**scene : nullptr, arguments.ignore, terminal.context());
+        compareLight(a->bake, b->bake, *scene ? &**scene : nullptr, arguments.ignore, context);
     terminal.finish();
     if (!light) return fail(light.error());
     difference = std::move(*light);

@@ -98,14 +98,12 @@ void printText(const PictureDifference& d, const DiffArguments& a, const Picture
   if (a.bounds.rmse || a.bounds.flip) std::printf("%s\n", exceeded ? "EXCEEDED" : "WITHIN BOUNDS");
 }
 
-Status checkFiles(const DiffArguments& a) {
+Status checkFiles(const DiffArguments& a, Context& context) {
   CommandFiles files;
   files.read("the image", a.image);
   files.read("the reference", a.reference);
   files.write("-o", a.output, imageKind(a.output));
   files.force = a.force;
-  Context context;
-  context.onMessage = [](Severity severity, std::string_view text) { logMessage(severity, std::string(text)); };
   return checkOutputs(files, context);
 }
 
@@ -116,13 +114,13 @@ int runDiff(const DiffArguments& a) {
   const std::string extension = std::filesystem::path(a.output).extension().string();
   if (!a.output.empty() && extension != ".png" && extension != ".exr")
     return fail({ErrorCode::usage, "-o: a name that ends in .exr or .png expected, \"" + a.output + "\" found"});
-  if (Status ok = checkFiles(a); !ok) return fail(ok.error());
+  Terminal terminal(a.maxMemory);
+  Context& context = terminal.context();
+  if (Status ok = checkFiles(a, context); !ok) return fail(ok.error());
 
   // 2. Read and compare
-  Context budget;
-  budget.maxMemory = a.maxMemory;
-  const MemoryCheck fits = [&budget](double bytes, const std::string& what) {
-    return reserveMemory(budget, "diff", bytes, what, "compare smaller images");
+  const MemoryCheck fits = [&context](double bytes, const std::string& what) {
+    return reserveMemory(context, "diff", bytes, what, "compare smaller images");
   };
   const auto image = readPicture(a.image, a.layer, fits);
   if (!image) return fail(image.error());

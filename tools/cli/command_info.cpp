@@ -100,12 +100,10 @@ void printLights(const Json& lights) {
   }
 }
 
-Result<Json> describeFile(const std::string& file, const SceneOptions& options, std::uint64_t maxMemory) {
+Result<Json> describeFile(const std::string& file, const SceneOptions& options, Context& context) {
   std::string extension = std::filesystem::path(file).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  Context context;
-  context.maxMemory = maxMemory;
   if (extension == ".glb" || extension == ".gltf") {
     context.onMessage = [](Severity severity, std::string_view text) { logMessage(severity, std::string(text)); };
     const Result<Scene> scene = importGltf(file, context, toImportOptions(options));
@@ -125,7 +123,8 @@ Result<Json> describeFile(const std::string& file, const SceneOptions& options, 
 }
 
 int runInfo(const InfoArguments& arguments) {
-  Result<Json> info = describeFile(arguments.file, arguments.sceneOptions, arguments.maxMemory);
+  Terminal terminal(arguments.maxMemory);
+  Result<Json> info = describeFile(arguments.file, arguments.sceneOptions, terminal.context());
   if (!info) return fail(info.error());
   (*info)["file"] = arguments.file;
   if (arguments.json) {

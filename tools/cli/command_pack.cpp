@@ -62,9 +62,8 @@ int runPack(const PackArguments& arguments) {
   if (arguments.output.empty()) return fail({ErrorCode::usage, "-o: a file's name expected, \"\" found"});
   if (arguments.simplify.keepCoordinates && arguments.profile != PackProfile::web)
     return fail({ErrorCode::usage, "--keep-coordinates: of --profile web alone; the others keep them"});
-  Context context;
-  context.maxMemory = arguments.maxMemory;
-  context.onMessage = [](Severity severity, std::string_view text) { logMessage(severity, std::string(text)); };
+  Terminal terminal(arguments.maxMemory);
+  Context& context = terminal.context();
   const bool gzipped = isGzipName(arguments.output);
   CommandFiles files;
   files.read("the bake", arguments.bake);

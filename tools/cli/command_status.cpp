@@ -5,6 +5,7 @@
 #include "tools/base/printable.h"
 #include "tools/base/scene_options.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/reserve_bake.h"
 #include "tools/cli/terminal.h"
 #include "tools/compare/staleness.h"
 
@@ -26,13 +27,11 @@ struct StatusArguments {
 };
 
 int runStatus(const StatusArguments& arguments) {
+  Terminal terminal(arguments.maxMemory);
+  Context& context = terminal.context();
+  if (const Status ok = reserveBake(context, "status", arguments.bake); !ok) return fail(ok.error());
   const Result<Bake> bake = mapBake(arguments.bake);
   if (!bake) return fail(bake.error());
-  Context context;
-  context.maxMemory = arguments.maxMemory;
-  context.onMessage = [](Severity severity, std::string_view text) {
-    if (severity != Severity::info) logMessage(severity, std::string(text));
-  };
   const Result<Scene> scene = loadScene(arguments.scene, context, toImportOptions(arguments.sceneOptions));
   if (!scene) return fail(scene.error());
   Staleness stale = findStaleness(*scene, nullptr, *bake);

@@ -46,9 +46,8 @@ int validateJson(const std::string& file, const Result<Bake>& bake, const std::v
 }
 
 int runValidate(const ValidateArguments& arguments) {
-  Context budget;
-  budget.maxMemory = arguments.maxMemory;
-  if (Status ok = reserveBake(budget, "validate", arguments.file); !ok) return fail(ok.error());
+  Terminal terminal(arguments.maxMemory);
+  if (Status ok = reserveBake(terminal.context(), "validate", arguments.file); !ok) return fail(ok.error());
   const Result<Bake> bake = mapBake(arguments.file);
   const std::vector<Finding> findings = bake ? validateBake(*bake) : std::vector<Finding>{};
   const bool broken = std::any_of(findings.begin(), findings.end(),

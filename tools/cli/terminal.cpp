@@ -20,6 +20,7 @@
 #include <map>
 #include <mutex>
 #include <set>
+#include <string_view>
 #include <thread>
 #include <utility>
 
@@ -36,6 +37,12 @@ std::shared_ptr<spdlog::logger> logger() {
     return created;
   }();
   return instance;
+}
+
+// Whether a line of stderr can be drawn again. A terminal that cannot clear one is called dumb.
+bool canRedraw() {
+  const char* const kind = std::getenv("TERM");
+  return ::isatty(STDERR_FILENO) != 0 && kind != nullptr && *kind != 0 && std::string_view(kind) != "dumb";
 }
 
 spdlog::level::level_enum levelOf(Severity severity) {
@@ -67,7 +74,7 @@ struct Terminal::State {
   Clock::time_point begin = Clock::now();
   bool lineOpen = false;
   std::atomic<bool> stop{false};
-  std::thread watcher;                    // tells of silent stages
+  std::thread watcher;                    // tells of silent stages, in plain lines
   std::unique_ptr<InterruptGuard> guard;  // last, so that it goes before what it cancels
 
   void closeLine() {
@@ -145,7 +152,6 @@ Terminal::State::Told Terminal::State::tell(Clock::time_point now) {
 
 // Plain lines name a stage even when its first report takes long.
 void Terminal::State::tellOfSilentStage() {
-  if (style != ProgressStyle::plain) return;
   const std::lock_guard lock(mutex);
   if (stage.empty() || stageTold || fraction < 0.0 || fraction >= 1.0 || stagesDone.contains(stage)) return;
   const Told told = tell(Clock::now());
@@ -229,7 +235,7 @@ Terminal::Terminal(const TerminalOptions& options, ProgressPlan plan) : state_(s
   State& s = *state_;
   s.overall = OverallProgress(std::move(plan));
   s.style = options.progress;
-  s.bar = options.progress == ProgressStyle::automatic && ::isatty(STDERR_FILENO) != 0;
+  s.bar = options.progress == ProgressStyle::automatic && canRedraw();
   s.context.threads = options.threads;
   s.context.maxMemory = options.maxMemory;
   s.context.onProgress = [&s](std::string_view stage, double fraction) {
@@ -248,6 +254,7 @@ Terminal::Terminal(const TerminalOptions& options, ProgressPlan plan) : state_(s
   };
 
   s.guard = std::make_unique<InterruptGuard>(s.context, s.bar);
+  if (s.style != ProgressStyle::plain) return;
   s.watcher = std::thread([&s] {
     while (!s.stop.load()) {
       s.tellOfSilentStage();
@@ -259,10 +266,12 @@ Terminal::Terminal(const TerminalOptions& options, ProgressPlan plan) : state_(s
 Terminal::~Terminal() {
   finish();
   state_->stop = true;
-  state_->watcher.join();
+  if (state_->watcher.joinable()) state_->watcher.join();
 }
 
 Context& Terminal::context() { return state_->context; }
+
+Terminal::Terminal(std::uint64_t maxMemory) : Terminal({0, ProgressStyle::none, maxMemory}) {}
 
 void Terminal::finish() {
   const std::lock_guard lock(state_->mutex);

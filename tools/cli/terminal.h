@@ -37,6 +37,8 @@ class Terminal {
  public:
   // With a plan, progress is told of the whole work as well.
   explicit Terminal(const TerminalOptions& options, ProgressPlan plan = {});
+  // Of a command that is quick: no progress, no information; a signal ends it as it ends the others.
+  explicit Terminal(std::uint64_t maxMemory);
   ~Terminal();
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
