@@ -65,6 +65,13 @@ TEST_F(Outputs, filesThatASceneNamesAreSafe) {
     EXPECT_NE(result.err.find("is a file of the scene"), std::string::npos) << result.err;
     EXPECT_EQ(readAll(at("room.bin")), bytes);
   }
+  bake(level, at("a.relume"));
+  bake(level, at("b.relume"), {"--seed", "2"});
+  const ProgramResult page = run({"compare", at("a.relume"), at("b.relume"), "--scene", level, "--html", at("room.bin"),
+                                  "--force", "--progress", "none"});
+  EXPECT_EQ(page.status, 1) << page.err;
+  EXPECT_NE(page.err.find("--html: \"" + at("room.bin") + "\" is a file of the scene"), std::string::npos) << page.err;
+  EXPECT_EQ(readAll(at("room.bin")), bytes);
 }
 
 TEST_F(Outputs, outputsOfOneCommandAreApart) {

@@ -102,6 +102,9 @@ Result<std::optional<Scene>> readScene(const CompareArguments& arguments, const 
   if (const Status status = checkCoordinates(b, arguments.b); !status) return status.error();
   Result<Scene> scene = loadScene(arguments.scene, context);
   if (!scene) return scene.error();
+  CommandFiles files = filesOf(arguments);
+  files.read("a file of the scene", scene->files);
+  if (const Status status = checkApart(files); !status) return status.error();
   if (!arguments.allowStale) {
     if (const Status same = checkSameScene(*scene, b, arguments.b, arguments.scene); !same) return same.error();
   }
