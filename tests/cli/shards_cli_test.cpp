@@ -108,6 +108,19 @@ TEST_F(ShardsCli, whatIsThereIsCounted) {
   EXPECT_EQ(report(shard, true), traced);
 }
 
+// Ninja takes a depfile away once it is read: a run that has nothing to do writes it again.
+TEST_F(ShardsCli, aDepfileNamesLevelAndPlan) {
+  ASSERT_EQ(run(planArguments()).status, 0);
+  for (const char* words : {"s1: shard 1/3", "s1: up to date"}) {
+    expectEnd(shard("1/3", "s1", {"--depfile", at("s1.d")}), 0, words);
+    const std::string text = readAll(at("s1.d"));
+    EXPECT_TRUE(text.starts_with(at("s1") + ":")) << text;
+    for (const char* name : {"room.gltf", "plan.relume"})
+      EXPECT_NE(text.find("\n" + at(name) + ":\n"), std::string::npos) << name << " in: " << text;
+    std::filesystem::remove(at("s1.d"));
+  }
+}
+
 TEST_F(ShardsCli, aMergeThatCannotBeWritesNothing) {
   makeAll();
   const auto fails = [&](const std::vector<std::string>& shards, int status, const std::string& words) {

@@ -117,6 +117,35 @@ TEST_F(StatusCli, depfileNamesSceneAndOptions) {
   }
 }
 
+// What Make and Ninja read is the name of the file, whatever is in it: one that is touched asks for the bake.
+TEST_F(StatusCli, depfilesHoldOddNames) {
+  for (const char* tool : {"make --version", "ninja --version"}) {
+    if (std::system((std::string(tool) + " >/dev/null 2>&1").c_str()) != 0) GTEST_SKIP() << tool << " does not run";
+  }
+  const auto call = [&](const std::string& command) {
+    const int status = std::system(("cd '" + folder_.string() + "' && " + command).c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  put("Makefile", "out/room.relume:\n\ttouch $@\ninclude room.d\n");
+  put("build.ninja",
+      "rule bake\n  command = cp room.d copy.d && touch out/room.relume\n  depfile = copy.d\n  deps = gcc\n"
+      "build out/room.relume: bake\n");
+  for (const char* name : {"a b.json", "c:d.json", "e#f.json", "g$h.json", "i\\j.json", "k\\ l.json", "m%n.json"}) {
+    const std::string options = put(name, "{\"seed\": 3}");
+    const ProgramResult baked =
+        runProgram(bakeArguments("room.gltf", "out/room.relume", {"--force", "--options", name, "--depfile", "room.d"}),
+                   folder_, [&] { std::filesystem::current_path(folder_); });
+    ASSERT_EQ(baked.status, 0) << baked.err;
+    EXPECT_EQ(call("make -q out/room.relume >make.txt 2>&1"), 0) << name << ": " << readAll(at("make.txt"));
+    fs::last_write_time(options, fs::last_write_time(out_) + std::chrono::seconds(10));
+    EXPECT_EQ(call("make -q out/room.relume >make.txt 2>&1"), 1) << name << ": " << readAll(at("make.txt"));
+    for (const char* log : {".ninja_deps", ".ninja_log"}) fs::remove(at(log));
+    EXPECT_EQ(call("ninja out/room.relume >ninja.txt 2>&1 && ninja -t deps >ninja.txt"), 0) << readAll(at("ninja.txt"));
+    EXPECT_NE(readAll(at("ninja.txt")).find("\n    " + std::string(name) + "\n"), std::string::npos)
+        << readAll(at("ninja.txt"));
+  }
+}
+
 TEST_F(StatusCli, verifyBakesTwice) {
   const ProgramResult result = run(bakeArguments(room_, out_, {"--verify", "--progress", "json"}));
   EXPECT_EQ(result.status, 0) << result.err;

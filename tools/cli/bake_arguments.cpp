@@ -98,6 +98,7 @@ Status writeSideFiles(const BakeArguments& arguments, const std::string& output,
   if (arguments.depfile.empty()) return done();
   std::vector<std::filesystem::path> files = scene.files;
   if (!arguments.optionsFile.empty()) files.emplace_back(arguments.optionsFile);
+  if (!arguments.shard.empty()) files.emplace_back(arguments.plan);
   return writeText(arguments.depfile, makeDepfile(output, files));
 }
 

@@ -160,10 +160,11 @@ int runShard(const BakeArguments& arguments) {
   const Result<ShardNumber> number = parseShardNumber(arguments.shard);
   if (!number) return fail({number.error().code, "--shard: " + number.error().message});
   if (arguments.output.empty()) return fail({ErrorCode::usage, "-o: the name of the shard to write expected"});
-  Context quiet;
-  quiet.maxMemory = arguments.terminal.maxMemory;
-  if (const Status status = reserveBake(quiet, "plan", arguments.plan); !status) return fail(status.error());
-  const Result<BakePlan> plan = readPlan(arguments.plan);
+  const Result<BakePlan> plan = [&]() -> Result<BakePlan> {
+    Terminal reading(arguments.terminal.maxMemory);
+    if (const Status status = reserveBake(reading.context(), "plan", arguments.plan); !status) return status.error();
+    return readPlan(arguments.plan);
+  }();
   if (!plan) return fail(plan.error());
   if (const Status status = checkSameOptions(arguments, *plan); !status) return fail(status.error());
 
@@ -176,15 +177,18 @@ int runShard(const BakeArguments& arguments) {
   const std::string& rayTracer = plan->bake.provenance.rayTracer;
   const auto existing = takeExisting(arguments.output, arguments.force, "shard " + toString(*number) + " again",
                                      context, [&] { return existingShard(arguments.output, *plan, *number); });
-  if (existing) {
+  const auto upToDate = [&](const Scene* scene) {
     terminal.finish();
     const std::string report =
         describeRun(context, plan->options, rayTracer, countsOf(*plan, *existing), secondsSince(begin), true);
-    return endUpToDate(arguments, arguments.output, nullptr, report,
+    return endUpToDate(arguments, arguments.output, scene, report,
                        "shard " + toString(*number) + " of this plan, " + sizesOf(*plan, *existing));
-  }
+  };
+  // The level is read for what a depfile names, and to trace in.
+  if (existing && arguments.depfile.empty()) return upToDate(nullptr);
   const Result<Scene> scene = loadLevel(arguments, files, MeshReport::none, context);
   if (!scene) return terminal.finish(), fail(scene.error());
+  if (existing) return upToDate(&*scene);
   if (const Status status = explainLevel(*scene, *plan); !status) return terminal.finish(), fail(status.error());
 
   const Result<Shard> shard = traceShard(*scene, *plan, *number, context);

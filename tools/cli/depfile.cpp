@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: MIT
-// See depfile.h.
+// See depfile.h. Names are written as g++ writes them, which both programs read: a backslash before what would end a
+// name, before the colon that would end a target and the # that would begin a comment; backslashes that stand before
+// white space are doubled.
 #include "tools/cli/depfile.h"
+
+#include <cstddef>
 
 namespace relume {
 namespace {
 
 std::string escaped(const std::string& path) {
   std::string out;
-  for (const char c : path) {
-    if (c == ' ' || c == '#') out += '\\';
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const char c = path[i];
+    const bool isBlank = c == ' ' || c == '\t';
+    for (std::size_t k = i; isBlank && k > 0 && path[k - 1] == '\\'; --k) out += '\\';
+    if (isBlank || c == '#' || c == ':') out += '\\';
     if (c == '$') out += '$';
     out += c;
   }
