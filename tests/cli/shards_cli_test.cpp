@@ -123,6 +123,7 @@ TEST_F(ShardsCli, aDepfileNamesLevelAndPlan) {
 
 TEST_F(ShardsCli, aMergeThatCannotBeWritesNothing) {
   makeAll();
+  expectEnd(run({"merge", at("plan.relume"), at("none"), "-o", ""}), 1, "-o: a file's name expected");
   const auto fails = [&](const std::vector<std::string>& shards, int status, const std::string& words) {
     expectEnd(merge(shards), status, words);
     EXPECT_EQ(filesIn(folder_ / "out"), 0u);
@@ -163,6 +164,8 @@ TEST_F(ShardsCli, optionsThatDoNotGoTogetherAreNamed) {
   expectEnd(shard("1/2", "s1", {"--rays", "128"}), 1,
             "links.raysPerCache: a shard has the options of its plan, which has 64, found 128");
   expectEnd(shard("1/2", "s1", {"--preset", "draft"}), 1, "a shard has the options of its plan");
+  expectEnd(shard("1/2", "s1", {"--print-options"}), 0, "\"surfels\": {");
+  EXPECT_FALSE(std::filesystem::exists(at("s1"))) << "options were to be printed, and nothing else done";
   expectEnd(shard("1/2", "s1", {"--rays", "64"}), 0, "shard 1/2");
   // Neither is written over what is something else.
   const std::string room = readAll(room_);

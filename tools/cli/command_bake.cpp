@@ -105,8 +105,8 @@ Status checkForm(const BakeArguments& arguments) {
 
 int runBake(const BakeArguments& arguments) {
   if (const Status status = checkForm(arguments); !status) return fail(status.error());
-  if (!arguments.shard.empty()) return runShard(arguments);
-  if (!arguments.plan.empty() && !arguments.printOptions) return runPlan(arguments);
+  if (!arguments.plan.empty() && !arguments.printOptions)
+    return arguments.shard.empty() ? runPlan(arguments) : runShard(arguments);
   const auto begin = std::chrono::steady_clock::now();
   const Result<BakeOptions> options = chooseOptions(arguments, presetOptions(arguments.preset));
   if (!options) return fail(options.error());
