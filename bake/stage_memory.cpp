@@ -4,6 +4,7 @@
 #include "bake/stage_memory.h"
 
 #include "bake/base/memory_budget.h"
+#include "bake/base/parallel.h"
 #include "bake/certificate/test_lights.h"
 #include "bake/links/share_links.h"
 #include "bake/rays/built_triangles.h"
@@ -108,7 +109,7 @@ Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const Link
   const double links =
       share * std::min(budget.total, static_cast<double>(caches.count()) *
                                          std::min<double>(budget.maxPerCache, hierarchy.senderCount()));
-  const double threads = context.threads > 0 ? context.threads : 2.0;
+  const double threads = context.threads > 0 ? context.threads : coresOfProcess();
   return reserveMemory(context, "links",
                        // Rows of all chunks, and once more as they are joined
                        2.0 * linkBytes(options) * links + kWorkerNodeBytes * threads * hierarchy.nodeCount(),

@@ -2,6 +2,7 @@
 // See verify_bake.h.
 #include "tools/cli/verify_bake.h"
 
+#include "bake/base/parallel.h"
 #include "formats/chunks.h"
 #include "relume/bake/bake.h"
 #include "relume/bake_file.h"
@@ -12,7 +13,9 @@ namespace relume {
 
 Status verifyBake(const Scene& scene, const BakeOptions& options, const Bake& baked, Context& context) {
   Context other;
-  other.threads = context.threads == 1 ? 2 : 1;
+  const int threads = context.threads > 0 ? context.threads : coresOfProcess();
+  other.threads = threads == 1 ? 2 : 1;
+  other.maxMemory = context.maxMemory;
   other.onProgress = [&](std::string_view stage, double fraction) {
     return context.progress("verify: " + std::string(stage), fraction);
   };
