@@ -27,10 +27,7 @@ vec3 direct(vec3 position, vec3 normal) {
   vec3 sum = vec3(0.0);
   for (uint i = 0u; i < relumeLightCount; ++i) {
     vec3 e = relumeDirectIrradiance(light[i], position, normal);
-    if (e == vec3(0.0)) continue;
-    // A number of the host's that is not finite would never leave the bounces.
-    float visible = relumeVisibility(i, position, normal);
-    if (relumeFinite(visible)) sum += e * clamp(visible, 0.0, 1.0);
+    if (e != vec3(0.0)) sum += e * relumeClampedVisibility(relumeVisibility(i, position, normal));
   }
   return sum;
 }

@@ -35,7 +35,7 @@ vec3 direct(uint s, vec3 position, vec3 normal) {
   vec3 sum = vec3(0.0);
   for (uint i = 0u; i < relumeLightCount; ++i) {
     vec3 e = relumeDirectIrradiance(light[i], position, normal);
-    if (e != vec3(0.0)) sum += e * relumeVisibility(i, position, normal);
+    if (e != vec3(0.0)) sum += e * relumeClampedVisibility(relumeVisibility(i, position, normal));
   }
   return sum;
 }

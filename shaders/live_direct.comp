@@ -27,10 +27,7 @@ vec3 lightAt(uvec2 word, vec3 middle) {
   vec3 sum = vec3(0.0);
   for (uint i = 0u; i < relumeLightCount; ++i) {
     vec3 e = relumeDirectIrradiance(light[i], at, n);
-    if (e == vec3(0.0)) continue;
-    // A number of the host's that is not finite would never leave the bounces.
-    float seen = relumeVisibility(i, at, n);
-    if (seen > 0.0) sum += e * min(seen, 1.0);
+    if (e != vec3(0.0)) sum += e * relumeClampedVisibility(relumeVisibility(i, at, n));
   }
   return 0.25 * float(high.z) * sum;
 }

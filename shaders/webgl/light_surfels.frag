@@ -43,7 +43,7 @@ vec3 direct(uint s, vec3 position, vec3 normal) {
     RelumeLight light = RelumeLight(texelFetch(relumeLights, ivec2(at, 0), 0), texelFetch(relumeLights, ivec2(at + 1, 0), 0),
                                     texelFetch(relumeLights, ivec2(at + 2, 0), 0));
     vec3 e = relumeDirectIrradiance(light, position, normal);
-    if (e != vec3(0.0)) sum += e * relumeVisibility(i, position, normal);
+    if (e != vec3(0.0)) sum += e * relumeClampedVisibility(relumeVisibility(i, position, normal));
   }
   return sum;
 }

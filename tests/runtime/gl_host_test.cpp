@@ -10,6 +10,7 @@
 
 #include <epoxy/gl.h>
 
+#include <bit>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -36,6 +37,29 @@ TEST_F(GlHost, hostsVisibilityIsCompiledInAndItsUniformsReachable) {
   glProgramUniform1f(gl.gl()->surfelProgram(), glGetUniformLocation(gl.gl()->surfelProgram(), "hostShadow"), 0.25f);
   EXPECT_TRUE(gl.relight(setup));
   EXPECT_NEAR(gl.nodeRadiosity()[5].r, 0.5f * 0.25f, 1e-3f);
+}
+
+// What relume/lights.h says of a host's function on the CPU.
+TEST_F(GlHost, visibilityOutOfItsRangeCountsAsOnTheCpu) {
+  const Bake bake = test::makeFurnaceBake(0.5f, 0.0f, 3);
+  const std::vector<std::uint32_t> bits{0x7FC00000u, 0xFFC00000u, 0xBF800000u, 0xFF800000u,
+                                        0x40400000u, 0x7F800000u, 0x3E800000u};  // NaN, -NaN, -1, -inf, 3, inf, 1/4
+  std::string glsl = "float relumeVisibility(uint light, vec3 p, vec3 n) {\n";
+  for (std::size_t i = 0; i < bits.size(); ++i)
+    glsl += "  if (light == " + std::to_string(i) + "u) return uintBitsToFloat(" + std::to_string(bits[i]) + "u);\n";
+  glsl += "  return 0.0;\n}\n";
+  Relighter gl = makeRelighter(bake, BackendKind::gl, 0, 0, glsl), cpu = makeRelighter(bake, BackendKind::cpu);
+  std::vector<Light> lights(bits.size());
+  for (Light& light : lights) light = {.kind = LightKind::directional, .direction = {-1, 0, 0}};
+  LightSetup setup;
+  setup.lights = lights;
+  setup.visibility = [&](std::uint32_t light, const glm::vec3&, const glm::vec3&) {
+    return std::bit_cast<float>(bits[light]);
+  };
+  for (int frame = 0; frame < 2; ++frame) ASSERT_TRUE(gl.relight(setup) && cpu.relight(setup));
+  EXPECT_NEAR(cpu.nodeRadiosity()[5].r, 0.5f * 2.25f, 1e-2f);
+  const std::vector<glm::vec3> expected = cpu.nodeRadiosity(), found = gl.nodeRadiosity();
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(found[i].r, expected[i].r, 1e-2f) << i;
 }
 
 TEST_F(GlHost, visibilityThatDoesNotCompileGivesItsLog) {
