@@ -23,6 +23,15 @@ uniform int relumeLiveOpen[RELUME_LIVE_MAX_VOLUMES];
 
 bool relumeLiveIsRead = false;
 
+// Places and directions that are read for, as on the CPU; by bits, for GLSL may take it that nothing is NaN.
+bool relumeLiveIsFinite(vec3 v) {
+  return all(notEqual(floatBitsToUint(v) & 0x7F800000u, uvec3(0x7F800000u)));
+}
+bool relumeLiveIsDirection(vec3 n) { return relumeLiveIsFinite(n) && dot(n, n) < RELUME_MAX_NORMAL2; }
+bool relumeLiveIsPlace(vec3 p) {
+  return relumeLiveIsFinite(p) && all(lessThanEqual(abs(p), vec3(RELUME_MAX_COORDINATE)));
+}
+
 // shareOfVolume(). [place: voxels]
 float relumeLiveShare(int volume, vec3 place) {
   vec3 at = 0.25 * place, size = vec3(relumeLiveSize);
@@ -68,11 +77,15 @@ void relumeLiveRead(vec3 positionWorld, vec3 n) {
 }
 
 vec3 relumeLiveIrradiance(vec3 positionWorld, vec3 n) {
+  if (!relumeLiveIsPlace(positionWorld) || !relumeLiveIsDirection(n)) return vec3(0.0);
   relumeLiveRead(positionWorld, n);
   return relumeLiveIrradianceOfSum(n);
 }
 
 vec3 relumeLiveGlossy(vec3 positionWorld, vec3 n, vec3 r, float exponent) {
+  if (!relumeLiveIsPlace(positionWorld) || !relumeLiveIsDirection(n) || !relumeLiveIsDirection(r) ||
+      !relumeLiveIsFinite(vec3(exponent)))
+    return vec3(0.0);
   relumeLiveRead(positionWorld, n);
   // Of the lobe (n + 1) / 2 pi cos^n over its half of the sphere.
   vec3 factor = vec3(1.0, (exponent + 1.0) / (exponent + 2.0), exponent / (exponent + 3.0));

@@ -61,7 +61,10 @@ Result<Owned<GlBackend>> GlBackend::create(const Functions& gl, const Bake& bake
 }
 
 void GlBackend::bindSurfels() const {
-  objects_.makeSurfelLight();
+  if (!objects_.hasSurfelLight()) {
+    const SavedState saved(gl_);
+    objects_.makeSurfelLight();
+  }
   // The box of the surfels is in the text: no uniform buffer of the host's is touched.
   objects_.bind(plan_->surfelBindings().first(2));
 }
@@ -209,7 +212,11 @@ std::span<const float> GlBackend::gridTexels() const {
   return texels_;
 }
 
-void GlBackend::bind() const { objects_.bind(plan_->resolveBindings()); }
+void GlBackend::bind() const {
+  const auto active = static_cast<GLenum>(integerOf(gl_, GL_ACTIVE_TEXTURE));
+  objects_.bind(plan_->resolveBindings());
+  gl_.ActiveTexture(active);
+}
 
 std::vector<glm::vec3> GlBackend::nodeRadiosity() const {
   const auto packed =

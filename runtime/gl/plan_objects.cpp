@@ -200,9 +200,8 @@ GLuint PlanObjects::program(std::string_view path) const {
 }
 
 void PlanObjects::makeSurfelLight() {
-  const std::size_t bytes = plan_.surfelSlots() * sizeof(glm::vec4);
-  if (bufferBytes(gpu::kSurfelLight) < bytes)
-    buffers_[gpu::kSurfelLight] = makeBuffer(gl_, {}, bytes, usageOf(GpuUse::light), memory_);
+  if (!hasSurfelLight())
+    buffers_[gpu::kSurfelLight] = makeBuffer(gl_, {}, surfelLightBytes(), usageOf(GpuUse::light), memory_);
 }
 
 void PlanObjects::makeDrivenImage(std::uint32_t image) {

@@ -56,6 +56,7 @@ class PlanObjects {
   GLuint program(std::string_view path) const;
   // [vec4 each] irradiance of the surfels for the host's shader to write; made, all zero, when it is first asked for.
   void makeSurfelLight();
+  bool hasSurfelLight() const { return bufferBytes(gpu::kSurfelLight) >= surfelLightBytes(); }
   // The texture of an image that a frame hands over, likewise.
   void makeDrivenImage(std::uint32_t image);
   // Bytes of textures, by what they are for; of the grid's alone.
@@ -77,6 +78,7 @@ class PlanObjects {
     std::pmr::vector<GLint> location;  // [Size parameters]
   };
 
+  std::size_t surfelLightBytes() const { return plan_.surfelSlots() * sizeof(glm::vec4); }
   Texture makeTexture(const GpuImage& image) const;
   void fillTexture(const GpuImage& image, const Texture& texture, const void* texels) const;
   void uploadImage(const GpuUpload& upload) const;

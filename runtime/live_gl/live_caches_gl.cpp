@@ -266,10 +266,13 @@ void LiveCachesGl::setUniforms(std::uint32_t program) const {
 void LiveCachesGl::bind() const {
   const State& s = *state_;
   if (s.volumes.size() == 0) return;
+  const auto active = static_cast<GLenum>(gl::integerOf(s.gl_, GL_ACTIVE_TEXTURE));
   s.volumes.cells().bind(s.names.textureUnits[0]);
   s.volumes.planes().bind(s.names.textureUnits[1]);
   s.volumes.light().bind(s.names.textureUnits[2]);
-  s.gl_.ActiveTexture(GL_TEXTURE0);
+  // By a host's sampler that filters, textures of integers are not complete: they read as zeros.
+  for (const std::uint32_t unit : s.names.textureUnits) s.gl_.BindSampler(unit, 0);
+  s.gl_.ActiveTexture(active);
 }
 
 // All texels of all rows.

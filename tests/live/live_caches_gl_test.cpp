@@ -85,6 +85,64 @@ class LiveCachesOnGl : public GlTest {
   }
 };
 
+// Of what is no place or direction a shader has what the CPU has: no light.
+TEST_F(LiveCachesOnGl, placesThatAreNoneAreDark) {
+  VoxelLevel level = room();
+  const VoxelVolume volume = volumeOf(level, coarse(8));
+  const std::vector<Light> lights = lamps();
+  LightSetup setup;
+  setup.lights = lights;
+  LiveCachesGl gl = made(32);
+  ASSERT_TRUE(gl.lightDirectly(volume, setup));
+  ASSERT_TRUE(gl.update(volume, {}));
+  const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+  const std::vector<glm::vec3> odd{{nan, 1, 1},    {1, -nan, 1},  {1, 1, inf},   {-inf, 1, 1},
+                                   glm::vec3(nan), {1e30f, 1, 1}, {1, 1, -1e38f}};
+  std::vector<float> places;
+  for (const glm::vec3& each : odd) {
+    places.insert(places.end(), {each.x, each.y, each.z, 0, 1, 0});
+    places.insert(places.end(), {4.5f, 0.5f, 2.0f, each.x, each.y, each.z});
+  }
+  const std::vector<float> found = irradianceByShader(gl, places);
+  for (std::size_t i = 0; 6 * i < places.size(); ++i) {
+    const float* const p = &places[6 * i];
+    const glm::vec3 expected = gl.irradiance({p[0], p[1], p[2]}, {p[3], p[4], p[5]});
+    const bool isUnit = std::isfinite(p[3]) && std::isfinite(p[4]) && std::isfinite(p[5]) &&
+                        glm::length(glm::vec3(p[3], p[4], p[5])) < 2.0f;
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_TRUE(std::isfinite(found[3 * i + static_cast<std::size_t>(c)])) << i;
+      if (isUnit || !std::isfinite(p[3] + p[4] + p[5])) {
+        EXPECT_EQ(expected[c], 0.0f) << i;
+        EXPECT_EQ(found[3 * i + static_cast<std::size_t>(c)], 0.0f) << i;
+      }
+    }
+  }
+}
+
+// By a sampler that filters, textures of integers would read as nothing.
+TEST_F(LiveCachesOnGl, samplersAndTheActiveUnitOfTheHostAreNoMatter) {
+  VoxelLevel level = room();
+  const VoxelVolume volume = volumeOf(level, coarse(8));
+  const std::vector<Light> lights = lamps();
+  LightSetup setup;
+  setup.lights = lights;
+  LiveCachesGl gl = made(32);
+  ASSERT_TRUE(gl.lightDirectly(volume, setup));
+  ASSERT_TRUE(gl.update(volume, {}));
+  const std::vector<float> places = placesInBox(200, {0, 0, 0}, {6, 3, 5}), expected = irradianceByShader(gl, places);
+  EXPECT_GT(*std::max_element(expected.begin(), expected.end()), 0.0f);
+  GLuint sampler = 0;
+  glGenSamplers(1, &sampler);
+  glSamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  for (const GLuint unit : {12u, 13u, 14u}) glBindSampler(unit, sampler);
+  glActiveTexture(GL_TEXTURE0 + 3);
+  EXPECT_EQ(irradianceByShader(gl, places), expected);
+  GLint active = 0;
+  glGetIntegerv(GL_ACTIVE_TEXTURE, &active);
+  EXPECT_EQ(active, GL_TEXTURE0 + 3);
+  glDeleteSamplers(1, &sampler);
+}
+
 TEST_F(LiveCachesOnGl, eachPassIsItsTwins) {
   VoxelLevel level = room();
   VoxelVolume volume = volumeOf(level, coarse(16));

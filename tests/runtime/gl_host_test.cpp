@@ -108,6 +108,32 @@ TEST_F(GlHost, timesEachPassWithoutWaiting) {
   EXPECT_GT(times[2].ms, 0.0);
 }
 
+// Hosts that keep track of their own state are not told of other changes than those they asked for.
+TEST_F(GlHost, bindsNothingButWhatItSays) {
+  Relighter gl = makeRelighter(test::makeSyntheticBake(manySurfels(LinkKind::oct6, 4)), BackendKind::gl);
+  GLuint buffer = 0;
+  glGenBuffers(1, &buffer);
+  glBindBuffer(GL_COPY_WRITE_BUFFER, buffer);
+  glActiveTexture(GL_TEXTURE0 + 3);
+  const auto expectUnchanged = [&](const char* after) {
+    GLint active = 0, bound = 0;
+    glGetIntegerv(GL_ACTIVE_TEXTURE, &active);
+    glGetIntegerv(GL_COPY_WRITE_BUFFER_BINDING, &bound);
+    EXPECT_EQ(active, GL_TEXTURE0 + 3) << after;
+    EXPECT_EQ(static_cast<GLuint>(bound), buffer) << after;
+  };
+  for (int i = 0; i < 2; ++i) {
+    gl.gl()->bindSurfels();
+    expectUnchanged("bindSurfels()");
+    gl.gl()->bind();
+    expectUnchanged("bind()");
+  }
+  GLint slot = 0;
+  glGetIntegeri_v(GL_SHADER_STORAGE_BUFFER_BINDING, 1, &slot);
+  EXPECT_NE(slot, 0);
+  glDeleteBuffers(1, &buffer);
+}
+
 // What SavedState promises, set to something odd and read back.
 TEST_F(GlHost, bindingsOfTheHostAreAsTheyWere) {
   GLuint buffers[9], textures[2], sampler = 0;
