@@ -2,6 +2,7 @@
 // See plan_objects.h.
 #include "runtime/gl/plan_objects.h"
 
+#include "runtime/gl/errors.h"
 #include "runtime/gl/program.h"
 #include "runtime/passes/pack_textures.h"
 #include "shaders/shared/layout.h"
@@ -162,6 +163,7 @@ void PlanObjects::fillTexture(const GpuImage& image, const Texture& texture, con
 }
 
 Status PlanObjects::make(std::string_view visibilityGlsl) {
+  dropErrors(gl_);
   writes_.prepare();
   for (const GpuBuffer& buffer : plan_.buffers())
     buffers_.push_back(makeBuffer(gl_, buffer.contents, buffer.bytes, usageOf(buffer.use), memory_));
@@ -173,7 +175,7 @@ Status PlanObjects::make(std::string_view visibilityGlsl) {
         image.contents.empty() ? texelsOf(image) * texelBytes(image.format) : std::size_t{0}, memory_);
     fillTexture(image, textures_.back(), zeros.empty() ? image.contents.data() : zeros.data());
   }
-  if (gl_.GetError() == GL_OUT_OF_MEMORY)
+  if (takeOutOfMemory(gl_))
     return Error{ErrorCode::unsupported, "this OpenGL has not enough memory for the bake's buffers"};
   for (const gpu::ProgramSource& source : plan_.programs()) {
     Result<Program> made = makeComputeProgram(gl_, source.path, source.allDefines(), visibilityGlsl);

@@ -4,6 +4,7 @@
 
 #include "runtime/check_setup.h"
 #include "runtime/cones/rsm_voxels.h"
+#include "runtime/gl/errors.h"
 #include "runtime/gl/plan_objects.h"
 #include "runtime/gl/program.h"
 #include "runtime/gl/saved_state.h"
@@ -72,14 +73,13 @@ Status BakeVoxelsGl::light(const VoxelVolume& volume, const SurfelVoxels& surfel
   try {
     const gl::SavedState saved(s.gl_);
     if (Status ok = s.sides.checkSize(volume); !ok) return ok;
-    while (s.gl_.GetError() != GL_NO_ERROR) {
-    }
+    gl::dropErrors(s.gl_);
     s.sides.follow(volume);
     if (s.standingVersion != volume.standingVersion()) {
       s.writeSenders(surfels);
       s.standingVersion = volume.standingVersion();
     }
-    if (s.gl_.GetError() == GL_OUT_OF_MEMORY) {
+    if (gl::takeOutOfMemory(s.gl_)) {
       s.sides.leave();
       s.standingVersion = 0;
       return Error{ErrorCode::unsupported, "voxels lit by a bake: this OpenGL has not enough memory for " +

@@ -2,7 +2,7 @@
 // See cone_levels_gl.h.
 #include "runtime/live_gl/cone_levels_gl.h"
 
-#include "runtime/cones/rsm_voxels.h"
+#include "runtime/gl/errors.h"
 #include "runtime/gl/plan_objects.h"
 #include "runtime/gl/program.h"
 #include "runtime/live/nested_caches.h"
@@ -322,8 +322,7 @@ Status ConeLevels::fill(std::span<const VoxelVolume> volumes, std::span<const Li
   }
   if (Status ok = checkSize(volumes, maps != nullptr); !ok) return ok;
   Stopwatch watch;
-  while (gl_.GetError() != GL_NO_ERROR) {
-  }
+  dropErrors(gl_);
   bool isNew = !follows_ || volumes_.size() != volumes.size();
   for (std::size_t l = 0; !isNew && l < volumes.size(); ++l) isNew = !volumes_[l]->found.isOf(volumes[l]);
   if (isNew) follow(volumes);
@@ -348,7 +347,7 @@ Status ConeLevels::fill(std::span<const VoxelVolume> volumes, std::span<const Li
   for (const auto& volume : volumes_) runLevels(*volume);
   timer_.mark(2);
   timer_.endFrame();
-  if (gl_.GetError() == GL_OUT_OF_MEMORY) {
+  if (takeOutOfMemory(gl_)) {
     std::size_t voxels = 0;
     for (const auto& volume : volumes_) voxels += volume->found.count();
     return tooLarge("this OpenGL has not enough memory for the levels of " + std::to_string(voxels) + " voxels");

@@ -2,6 +2,7 @@
 // See cone_passes_gl.h.
 #include "runtime/live_gl/cone_passes_gl.h"
 
+#include "runtime/gl/errors.h"
 #include "runtime/gl/plan_objects.h"
 #include "runtime/gl/program.h"
 #include "runtime/live/live_frame.h"
@@ -85,8 +86,7 @@ Status ConePasses::resize(std::uint32_t width, std::uint32_t height) {
     return conesError(ErrorCode::unsupported, std::to_string(width) + " x " + std::to_string(height) +
                                                   " pixels, this OpenGL's textures have " + std::to_string(most) +
                                                   " along a side");
-  while (gl_.GetError() != GL_NO_ERROR) {
-  }
+  dropErrors(gl_);
   PixelImages next;
   next.size = size;
   const auto make = [&](PixelImage& picture, GLenum format) {
@@ -100,7 +100,7 @@ Status ConePasses::resize(std::uint32_t width, std::uint32_t height) {
   for (PixelImage& each : next.frames) make(each, GL_R32F);
   for (PixelImage* each : {&next.normals, &next.mirrored, &next.glossy}) make(*each, GL_RGBA32F);
   make(next.edges, GL_R8UI);
-  if (gl_.GetError() == GL_OUT_OF_MEMORY)
+  if (takeOutOfMemory(gl_))
     return conesError(ErrorCode::unsupported, "this OpenGL has not enough memory for " + std::to_string(width) + " x " +
                                                   std::to_string(height) + " pixels");
   images_ = std::move(next);

@@ -2,6 +2,7 @@
 // See cone_textures.h.
 #include "runtime/live_gl/cone_textures.h"
 
+#include "runtime/gl/errors.h"
 #include "runtime/gl/plan_objects.h"
 #include "shaders/shared/layout.h"
 
@@ -70,14 +71,13 @@ Result<std::vector<RsmMaps::Map>> ConeMaps::upload(std::span<const RsmImage> fro
     const glm::ivec2 size(static_cast<int>(image.side), static_cast<int>(image.faces * image.side));
     Images& to = maps_[i];
     if (to.size != size) {
-      while (gl_.GetError() != GL_NO_ERROR) {
-      }
+      dropErrors(gl_);
       Images made;
       for (Texture& texture : made.texture) {
         texture = makeTexture(gl_, GL_TEXTURE_2D);
         gl_.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32F, size.x, size.y);
       }
-      if (gl_.GetError() == GL_OUT_OF_MEMORY)
+      if (takeOutOfMemory(gl_))
         return conesError(ErrorCode::unsupported, "this OpenGL has not enough memory for reflective shadow map " +
                                                       std::to_string(i) + " of " + std::to_string(image.side) +
                                                       " texels along a side");

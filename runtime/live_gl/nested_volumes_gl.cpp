@@ -2,6 +2,7 @@
 // See nested_volumes_gl.h.
 #include "runtime/live_gl/nested_volumes_gl.h"
 
+#include "runtime/gl/errors.h"
 #include "runtime/gl/plan_objects.h"
 #include "runtime/gl/program.h"
 #include "runtime/live/cell_texels.h"
@@ -212,8 +213,7 @@ Status NestedVolumesGl::follow(std::span<const VoxelVolume> volumes) {
   while (volumes_.size() < volumes.size()) volumes_.push_back(std::make_unique<FollowedVolume>(gl_, *volumes_.front()));
 
   // 2. All memory first: what is refused for want of it leaves light and volume as they were, but for their room.
-  while (gl_.GetError() != GL_NO_ERROR) {
-  }
+  dropErrors(gl_);
   carry(from);
   const std::size_t voxels = std::size_t{places.back().firstVoxel} + next.back().voxels;
   bool isElsewhere = cells_.reserve(all);
@@ -256,7 +256,7 @@ Status NestedVolumesGl::follow(std::span<const VoxelVolume> volumes) {
     volumes_[l]->movingVersion = volumes[l].movingVersion();
   }
   waitForShaders(gl_);
-  if (gl_.GetError() != GL_OUT_OF_MEMORY) return done();
+  if (!takeOutOfMemory(gl_)) return done();
   const std::string refused = "live light: this OpenGL has not enough memory for " + std::to_string(voxels) +
                               " voxels and " + std::to_string(from.size()) + " caches";
   follows_ = false;

@@ -2,6 +2,7 @@
 // See voxels_gl.h.
 #include "runtime/live_gl/voxels_gl.h"
 
+#include "runtime/gl/errors.h"
 #include "runtime/gl/plan_objects.h"
 #include "runtime/gl/program.h"
 #include "runtime/gl/saved_state.h"
@@ -121,8 +122,7 @@ Status VoxelsGl::State::make(const VoxelGeometry& geometry, gpu::GroupThreads th
     moves.push_back(part.moves);
     places.push_back(pack(StepPlace::of(grid, part.toWorld)));
   }
-  while (gl_.GetError() != GL_NO_ERROR) {
-  }
+  gl::dropErrors(gl_);
   // No buffer is empty: what is bound has to have a word.
   const auto bufferOf = [this](const auto& data, GLenum usage) {
     return gl::makeBuffer(gl_, gl::bytesOf(data), std::max<std::size_t>(gl::bytesOf(data).size(), 16), usage);
@@ -156,7 +156,7 @@ Status VoxelsGl::State::make(const VoxelGeometry& geometry, gpu::GroupThreads th
     gl_.ProgramUniform3ui(program->get(), gl_.GetUniformLocation(program->get(), "relumeBrickCells"), cells.x, cells.y,
                           cells.z);
   }
-  if (gl_.GetError() == GL_OUT_OF_MEMORY)
+  if (gl::takeOutOfMemory(gl_))
     return tooMuch("this OpenGL has not enough memory for " + std::to_string(standing.count + moving.count) +
                    " triangles");
   return done();

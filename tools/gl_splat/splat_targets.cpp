@@ -3,6 +3,7 @@
 #include "tools/gl_splat/splat_targets.h"
 
 #include "bake/preview/screen_box.h"
+#include "runtime/gl/errors.h"
 #include "shaders/shared/layout.h"
 
 #include <algorithm>
@@ -101,10 +102,7 @@ void SplatTargets::make(const Buffer& shapes, const Buffer& light, GLsizei light
 }
 
 Status SplatTargets::takeError(const std::string& what) {
-  GLenum error = gl.GetError();
-  bool isOut = false;
-  for (int i = 0; error != GL_NO_ERROR && i < 16; ++i, error = gl.GetError()) isOut |= error == GL_OUT_OF_MEMORY;
-  if (!isOut) return done();
+  if (!takeOutOfMemory(gl)) return done();
   return Error{ErrorCode::memory, "splats: this OpenGL has not enough memory for " + what};
 }
 
