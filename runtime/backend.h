@@ -36,7 +36,7 @@ class Backend {
   Backend& operator=(const Backend&) = delete;
   virtual ~Backend() = default;
 
-  // What of a frame's textures and moving shapes the backend cannot read: usage, unsupported.
+  // What of a frame's textures, moving shapes, lights and arrays the backend cannot read: usage, unsupported.
   virtual Status checkTextures(const LightSetup& setup) const = 0;
   // Take the memory that relight(setup) needs beyond what the frames before it needed. Throws std::bad_alloc, and has
   // changed no light then. The contents of the spans are not read.

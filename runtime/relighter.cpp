@@ -182,7 +182,10 @@ Status Relighter::relight(const LightSetup& setup) {
   if (setup.visibility) applied.visibility = std::cref(setup.visibility);
   if (setup.visibilityBatch) applied.visibilityBatch = std::cref(setup.visibilityBatch);
   const bool handsOver = setup.bounceScale > 0.0f && !state_->inherited.radiance.empty();
-  if (handsOver) applied.surfelEmission = state_->inherited.radiance;
+  if (handsOver) {
+    applied.surfelEmission = state_->inherited.radiance;
+    if (Status ok = state_->backend->checkTextures(applied); !ok) return ok;
+  }
   // Take all memory before any light changes.
   try {
     normaliseLights(setup.lights, state_->lights);

@@ -42,6 +42,7 @@ class GlBackend final : public Backend, public GlResolve {
 
   Status checkTextures(const LightSetup& setup) const override {
     if (Status ok = plan_->checkShapes(setup); !ok) return ok;
+    if (Status ok = plan_->checkHost(setup); !ok) return ok;
     return gl::checkTextures(gl_, setup, imageSizes_);
   }
   void reserve(const LightSetup& setup) override;

@@ -178,7 +178,9 @@ Status FramePlan::makeLinks() {
   }
   for (const LinkBatch& batch : made->batches) {
     const bool map = batch.firstCache >= firstMapCache_;
-    const CacheGroup group = chooseCacheGroup(threads, map ? bands_.ofMap() : bands_, device_.sharedBytes);
+    const CacheBands bands = map ? bands_.ofMap() : bands_;
+    const CacheGroup group = chooseCacheGroup(threads, bands, device_.sharedBytes);
+    sharedBytes_ = std::max(sharedBytes_, sharedBytesOf(group, bands));
     (map ? mapCachesPerGroup_ : gridCachesPerGroup_) = static_cast<std::uint32_t>(group.caches);
     std::uint32_t& own = program[map ? 1 : 0];
     if (own == kRelumeNone) own = addProgram(cacheProgram(bands_, bake_.links.kind, group, made->nodeSteps, map));

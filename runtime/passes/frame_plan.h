@@ -89,9 +89,12 @@ class FramePlan {
   std::size_t drivenBytes() const { return driven_.bytes(); }
   std::size_t movingBytes() const { return sizeof(std::uint32_t) * moving_.shapeWord.capacity(); }
   std::uint32_t movingParts() const { return moving_.most; }
+  // [byte] Shared memory of a work group that the programs cut by GpuDevice::sharedBytes take at most.
+  std::size_t sharedBytes() const { return sharedBytes_; }
 
-  // unsupported: moving shapes that are too many for one buffer.
+  // unsupported: moving shapes, lights or colours of the host's that are too many for one buffer.
   Status checkShapes(const LightSetup& setup) const;
+  Status checkHost(const LightSetup& setup) const;
   // Take the memory of frame(setup). Throws std::bad_alloc.
   void reserve(const LightSetup& setup);
   // `setup` has passed checkSetup(), checkEmissions() and reserve().
@@ -100,9 +103,10 @@ class FramePlan {
   std::uint32_t hostTexture(std::size_t dispatch) const { return hostTextures_[dispatch]; }
   // The grid's texture of the light that the caches have, alone.
   GpuFrame fill();
-  // After a frame that was not run, its shapes are not on the device.
+  // After a frame that was not run, its shapes are not on the device, nor is its emission.
   void reset() {
     lit_ = false;
+    drove_ = everDrove_;
     if (moving_.turns) moving_.turns->forget();
     moving_.isPacked = moving_.shapes != 0;
   }
@@ -190,6 +194,7 @@ class FramePlan {
   std::pmr::vector<Batch> batches_;
   std::uint32_t shapeStride_ = 0, shapedLinks_ = 0;  // RELUME_CACHE_PARAMETERS
   std::uint32_t gridCachesPerGroup_ = 1, mapCachesPerGroup_ = 1;
+  std::size_t sharedBytes_ = 0;
   std::uint32_t flatEnd_ = 0, tiltedEnd_ = 0, surfelEnd_ = 0, senderEnd_ = 0;
   gl::RelumeSurfels surfelBox_{};
   bool emits_ = false;
@@ -201,8 +206,9 @@ class FramePlan {
 
   Moving moving_;
   DrivenEmission driven_;
-  bool drove_ = false;  // whether the emission on the device is not the baked one
-  bool lit_ = false;    // whether the caches hold a frame
+  bool drove_ = false;      // whether the emission on the device may not be the baked one
+  bool everDrove_ = false;  // whether any frame has driven materials
+  bool lit_ = false;        // whether the caches hold a frame
   std::pmr::vector<std::uint32_t> surfelOrder_, skyOrder_;
   std::pmr::vector<gl::RelumeLight> lights_;  // of the frame; these keep their memory
   std::pmr::vector<glm::vec4> host_;

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <string>
+#include <utility>
 
 namespace relume::gpu {
 namespace {
@@ -25,6 +27,7 @@ bool FramePlan::addEmission(const LightSetup& setup, bool waits) {
   const bool drives = !setup.materialEmissions.empty();
   if (!drives && !drove_) return false;
   drove_ = drives;
+  everDrove_ = everDrove_ || drives;
   driven_.begin(setup.materialEmissions, {});
   // Light of surfels that is handed over has their baked emission already.
   const glm::vec3 undriven =
@@ -160,6 +163,22 @@ void FramePlan::addFill(bool waits) {
   parameters.relumeEnd = texelCount_;
   dispatch(GpuPass::gridTexture, set_.texels, parameters, &gl::RelumeFillParameters::relumeFirst, 0, texelCount_,
            RELUME_FILL_GROUP, true);
+}
+
+Status FramePlan::checkHost(const LightSetup& setup) const {
+  const auto of = [](std::span<const glm::vec3> handed, std::uint32_t slots) {
+    return handed.empty() ? std::size_t{0} : std::size_t{slots};
+  };
+  const std::size_t colors = of(setup.surfelIrradiance, surfelEnd_) + of(setup.surfelEmission, surfelEnd_) +
+                             of(setup.skyPatches, senderEnd_ - surfelEnd_);
+  for (const auto& [what, bytes] : {std::pair("lights", setup.lights.size() * sizeof(gl::RelumeLight)),
+                                    std::pair("colours of surfels and sky", colors * sizeof(glm::vec4))}) {
+    if (bytes > device_.storageBytes)
+      return Error{ErrorCode::unsupported, "light setup: its " + std::string(what) + " take " + std::to_string(bytes) +
+                                               " bytes, this device binds at most " +
+                                               std::to_string(device_.storageBytes)};
+  }
+  return done();
 }
 
 void FramePlan::reserve(const LightSetup& setup) {

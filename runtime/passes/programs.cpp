@@ -80,10 +80,16 @@ std::string kindOf(LinkKind kind, int nodeSteps) {
 
 CacheGroup chooseCacheGroup(GroupThreads threads, const CacheBands& bands, std::size_t sharedBytes) {
   // Shared memory holds all sums of a group.
-  constexpr std::size_t kLanes = 32;
-  const std::size_t bytesPerCache = kLanes * 2 * cacheBytes(bands);
+  constexpr int kLanes = 32;
+  const std::size_t bytesPerCache = sharedBytesOf({kLanes, 1}, bands);
   if (threads == GroupThreads::serial || bytesPerCache > sharedBytes) return {1, 64};
   return {kLanes, static_cast<int>(std::min<std::size_t>(sharedBytes / bytesPerCache, 2))};
+}
+
+std::size_t sharedBytesOf(const CacheGroup& group, const CacheBands& bands) {
+  // One, of a thread, where none is shared.
+  const int caches = group.lanes > 1 ? group.caches : 1;
+  return static_cast<std::size_t>(caches * group.lanes) * 2 * cacheBytes(bands);
 }
 
 OccludeGroup chooseOccludeGroup(GroupThreads threads, std::uint32_t parts) {

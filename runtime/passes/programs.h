@@ -28,6 +28,8 @@ struct CacheGroup {
 };
 // sharedBytes: of a work group's memory.
 CacheGroup chooseCacheGroup(GroupThreads threads, const CacheBands& bands, std::size_t sharedBytes = 32768);
+// [byte] What of it a group takes.
+std::size_t sharedBytesOf(const CacheGroup& group, const CacheBands& bands);
 
 // Threads of a work group that pulls, and inner nodes it gets at most.
 struct PullGroup {

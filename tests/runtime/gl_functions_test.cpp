@@ -173,6 +173,81 @@ TEST_F(GlFunctions, ofTwoLoadersAndTwoContextsStayApart) {
   ASSERT_TRUE(context_->makeCurrent());
 }
 
+std::vector<GLenum> pendingErrors;  // of the OpenGL below, the first one first
+PFNGLBUFFERDATAPROC bufferData = nullptr;
+bool isOutOfMemory = false;
+
+GlProc errorLoader(const char* name) {
+  const std::string n = name;
+  const GlProc own = countingLoader(0)(name);
+  if (n == "glGetError") {
+    return reinterpret_cast<GlProc>(+[]() -> GLenum {
+      if (pendingErrors.empty()) return GL_NO_ERROR;
+      const GLenum first = pendingErrors.front();
+      pendingErrors.erase(pendingErrors.begin());
+      return first;
+    });
+  }
+  if (n != "glBufferData") return own;
+  bufferData = reinterpret_cast<PFNGLBUFFERDATAPROC>(own);
+  return reinterpret_cast<GlProc>(+[](GLenum target, GLsizeiptr size, const void* data, GLenum usage) {
+    if (isOutOfMemory) pendingErrors.push_back(GL_OUT_OF_MEMORY);
+    bufferData(target, size, data, usage);
+  });
+}
+
+// Errors that the host has left are not the backend's, and hide none of its own.
+TEST_F(GlFunctions, errorsOfTheHostAreNotTakenForOnesOwn) {
+  pendingErrors = {GL_OUT_OF_MEMORY};
+  isOutOfMemory = false;
+  const Result<Relighter> made = Relighter::create(smallBake(), optionsOf(errorLoader));
+  EXPECT_TRUE(made) << made.error().message;
+  pendingErrors = {GL_INVALID_ENUM, GL_INVALID_OPERATION};
+  isOutOfMemory = true;
+  const Result<Relighter> refused = Relighter::create(smallBake(), optionsOf(errorLoader));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::unsupported);
+  EXPECT_NE(refused.error().message.find("not enough memory"), std::string::npos) << refused.error().message;
+  pendingErrors.clear();
+  isOutOfMemory = false;
+}
+
+PFNGLGETINTEGER64VPROC getInteger64 = nullptr;
+
+// What a frame hands over is bound as well.
+TEST_F(GlFunctions, framesOfMoreThanTheDriverBindsAreRefusedByName) {
+  constexpr GLint64 kMost = 1 << 16;
+  const Bake bake = test::makeSyntheticBake({.surfels = 2200, .lightmapCaches = 24, .linksPerCache = 16});
+  const auto loader = [](const char* name) -> GlProc {
+    const GlProc own = countingLoader(0)(name);
+    if (std::string(name) != "glGetInteger64v") return own;
+    getInteger64 = reinterpret_cast<PFNGLGETINTEGER64VPROC>(own);
+    return reinterpret_cast<GlProc>(+[](GLenum what, GLint64* value) {
+      getInteger64(what, value);
+      if (what == GL_MAX_SHADER_STORAGE_BLOCK_SIZE) *value = kMost;
+    });
+  };
+  Result<Relighter> made = Relighter::create(bake, optionsOf(loader));
+  ASSERT_TRUE(made) << made.error().message;
+  const std::vector<float> before = light(*made);
+  const auto refused = [&](const LightSetup& setup, const char* what) {
+    for (const Status& status : {made->check(setup), made->relight(setup)}) {
+      ASSERT_FALSE(status) << what;
+      EXPECT_EQ(status.error().code, ErrorCode::unsupported);
+      EXPECT_NE(status.error().message.find(what), std::string::npos) << status.error().message;
+    }
+    EXPECT_EQ(made->cacheCoefficients(), before);
+  };
+  const std::vector<Light> many(kMost / 48 + 1, Light{.kind = LightKind::directional});
+  const std::vector<glm::vec3> colors(bake.surfels.count(), glm::vec3(1.0f));
+  LightSetup lights, arrays, one;
+  lights.lights = many;
+  arrays.surfelIrradiance = arrays.surfelEmission = one.surfelIrradiance = colors;
+  refused(lights, "its lights take");
+  refused(arrays, "its colours of surfels and sky take");
+  EXPECT_TRUE(made->relight(one));
+}
+
 // ---- relume.h
 
 class GlFunctionsInC : public GlFunctions {

@@ -301,6 +301,43 @@ TEST(GpuPasses, devicesThatTakeLessThanTheyWereMadeForAreRefused) {
   EXPECT_TRUE(has(refusal([](GpuDevice& d) { d.imageSide = 4; }), "of other limits"));
   EXPECT_TRUE(has(refusal([](GpuDevice& d) { d.volumeSide = 2; }), "of other limits"));
   EXPECT_TRUE(has(refusal([](GpuDevice& d) { d.groups = 2; }), "of other limits"));
+  EXPECT_EQ(refusal([](GpuDevice& d) { d.sharedBytes = 12288; }), "") << "which four bands and one fit in";
+  EXPECT_TRUE(has(refusal([](GpuDevice& d) { d.sharedBytes = 2048; }), "of other limits"));
+}
+
+// Of eight bands each, a cache's sums take 24 KiB where hardware shares them.
+TEST(GpuPasses, devicesWithLessMemoryForAGroupAreRefused) {
+  RelightOptions options;
+  options.lumaBands = options.chromaBands = 8;
+  GpuDevice roomy;
+  roomy.sharedBytes = 32768;
+  const Bake bake = test::makeSyntheticBake({.surfels = 300, .linksPerCache = 8, .kind = LinkKind::oct6});
+  const Result<GpuPasses> made = GpuPasses::create(bake, options, roomy), least = GpuPasses::create(bake, options, {});
+  ASSERT_TRUE(made && least);
+  EXPECT_TRUE(made->checkDevice(roomy));
+  EXPECT_FALSE(made->checkDevice({}));
+  EXPECT_TRUE(least->checkDevice({}));
+}
+
+// The emission on the device is that of the last frame that was run.
+TEST(GpuPasses, aLostFrameWithoutDrivenMaterialsIsMadeUpFor) {
+  Result<GpuPasses> made = GpuPasses::create(bakeOf(LinkKind::oct6), everything(), {});
+  ASSERT_TRUE(made);
+  const auto emissions = [](const Result<GpuFrame>& frame) {
+    EXPECT_TRUE(frame);
+    return std::count_if(frame->dispatches.begin(), frame->dispatches.end(),
+                         [](const GpuDispatch& each) { return each.pass == GpuPass::emission; });
+  };
+  made->reset();
+  EXPECT_EQ(emissions(made->frame({})), 0) << "nothing has driven any";
+  const MaterialEmission red{.radiance = {1, 0, 0}};
+  LightSetup driven;
+  driven.materialEmissions = {&red, 1};
+  EXPECT_GT(emissions(made->frame(driven)), 0);
+  EXPECT_GT(emissions(made->frame({})), 0);  // and is lost
+  made->reset();
+  EXPECT_GT(emissions(made->frame({})), 0);
+  EXPECT_EQ(emissions(made->frame({})), 0);
 }
 
 TEST(GpuPasses, framesThatCannotBeAreRefusedAndChangeNothing) {
