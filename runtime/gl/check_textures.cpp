@@ -19,6 +19,10 @@ std::string wrongWith(const Functions& gl, const glm::uvec2& size) {
   const auto text = [](const glm::uvec2& s) { return std::to_string(s.x) + " x " + std::to_string(s.y); };
   if (sizeOf(0) != size)
     return "has " + text(sizeOf(0)) + " texels, expected the " + text(size) + " that were declared";
+  GLint type = GL_NONE;
+  gl.GetTexLevelParameteriv(GL_TEXTURE_2D, 0, GL_TEXTURE_RED_TYPE, &type);
+  if (type != GL_FLOAT && type != GL_UNSIGNED_NORMALIZED && type != GL_SIGNED_NORMALIZED)
+    return "has no colours that filter, expected floats or normalised numbers";
   // The last level: a chain that ends before is read as black.
   GLint last = 0;
   while (std::max(size.x, size.y) >> (last + 1) != 0) ++last;

@@ -158,6 +158,15 @@ TEST_F(GlDriven, texturesThatCannotBeReadAreRefusedAndLightStays) {
   context_->forgetErrors();  // a driver's complaint, if it has given the name to the array
   EXPECT_NE(refused(texture(other.name())).find("has 4 x 8 texels, expected the 8 x 8"), std::string::npos);
   EXPECT_NE(refused(texture(noMips.name())).find("no mip levels"), std::string::npos);
+  GLuint others[2] = {};
+  glGenTextures(2, others);
+  const GLenum formats[2] = {GL_RGBA8UI, GL_DEPTH_COMPONENT24};
+  for (std::size_t i = 0; i < 2; ++i) {
+    glBindTexture(GL_TEXTURE_2D, others[i]);
+    glTexStorage2D(GL_TEXTURE_2D, 4, formats[i], 8, 8);
+    EXPECT_NE(refused(texture(others[i])).find("no colours that filter"), std::string::npos);
+  }
+  glDeleteTextures(2, others);
   MaterialEmission both = texture(other.name()), undeclared = texture(other.name());
   both.image = image;
   undeclared.material = kPanel;
