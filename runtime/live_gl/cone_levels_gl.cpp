@@ -19,7 +19,6 @@ static_assert(RELUME_LIVE_MAX_VOLUMES == kMaxCascades && RELUME_LIVE_BLEND_CELLS
 
 Error tooLarge(const std::string& what) { return {ErrorCode::unsupported, "cones: " + what + "; use fewer cells"}; }
 
-constexpr std::size_t kSumBytes = 24;                                 // of a side: three channels of two words
 constexpr std::uint32_t kVoxelsAtOnce = RELUME_LIVE_SIDES_A_ROW / 2;  // whose texels fill whole rows
 constexpr std::uint32_t kRadianceTexels = 2;                          // of a voxel
 
@@ -44,11 +43,10 @@ ConeLevels::ConeLevels(const Functions& gl, RadianceMips::Directions directions,
       directions_(directions),
       halves_(groups == gpu::GroupThreads::parallel),
       cells_(gl),
-      rsmVoxels_(gl),
-      rsmSums_(gl),
       brightest_(gl),
       radiance_(gl, kFloats, RELUME_LIVE_SIDES_A_ROW),
       sides_(gl, kFloats, RELUME_LIVE_SIDES_A_ROW),
+      rsm_(gl),
       timer_(gl) {}
 
 std::vector<std::pair<std::string, std::string>> ConeLevels::defines() const {
@@ -57,16 +55,16 @@ std::vector<std::pair<std::string, std::string>> ConeLevels::defines() const {
 
 Status ConeLevels::compile() {
   const auto list = defines();
-  const std::pair<Program*, const char*> programs[] = {
-      {&injectProgram_, "cone_inject.comp"},      {&rsmProgram_, "cone_rsm.comp"},
-      {&rsmLightProgram_, "cone_rsm_light.comp"}, {&brightestProgram_, "cone_brightest.comp"},
-      {&firstProgram_, "cone_first.comp"},        {&levelProgram_, "cone_level.comp"}};
+  const std::pair<Program*, const char*> programs[] = {{&injectProgram_, "cone_inject.comp"},
+                                                       {&brightestProgram_, "cone_brightest.comp"},
+                                                       {&firstProgram_, "cone_first.comp"},
+                                                       {&levelProgram_, "cone_level.comp"}};
   for (const auto& [program, path] : programs) {
     Result<Program> made = makeComputeProgram(gl_, path, list);
     if (!made) return made.error();
     *program = std::move(*made);
   }
-  return done();
+  return rsm_.compile(list);
 }
 
 Status ConeLevels::checkSize(std::span<const VoxelVolume> volumes, bool hasMaps) const {
@@ -76,9 +74,8 @@ Status ConeLevels::checkSize(std::span<const VoxelVolume> volumes, bool hasMaps)
   bool isTooMuch = device.imageSide < RELUME_LIVE_SIDES_A_ROW;
   for (const VoxelVolume& volume : volumes) {
     const std::uint32_t voxels = volume.standing().occupied + volume.moving().occupied;
-    isTooMuch =
-        isTooMuch || 4 * sizeof(ConeSource) * voxels > device.storageBytes ||
-        (hasMaps && std::max(sizeof(RelumeRsmVoxel) * voxels, kSumBytes * volume.sideCount()) > device.storageBytes);
+    isTooMuch = isTooMuch || 4 * sizeof(ConeSource) * voxels > device.storageBytes ||
+                (hasMaps && RsmPasses::bytesNeeded(voxels, volume.sideCount()) > device.storageBytes);
     all += volumes.size() > 1 ? roomFor(voxels) : voxels;
     // All further levels along z are no longer than the first.
     const glm::uvec3 size(2 * volume.grid().cells);
@@ -145,7 +142,8 @@ void ConeLevels::follow(std::span<const VoxelVolume> volumes) {
   bool isSame = follows_ && volumes_.size() == volumes.size();
   for (std::size_t l = 0; isSame && l < volumes.size(); ++l)
     isSame = volumes_[l]->found.grid().cells == volumes[l].grid().cells;
-  follows_ = rsmFollows_ = false;
+  follows_ = false;
+  rsm_.forget();
   if (!isSame) {
     volumes_.resize(std::min(volumes_.size(), volumes.size()));
     while (volumes_.size() < volumes.size()) volumes_.push_back(std::make_unique<Followed>(gl_));
@@ -193,37 +191,6 @@ void ConeLevels::inject(const Followed& volume, const LitSides& lit) {
   volume.sources.bind(RELUME_CONE_SLOT_SOURCES);
   setUniform(gl_, injectProgram_, "relumeConeFirst", glm::uvec2(volume.first, kVoxelsAtOnce * lit.firstRow()));
   runThreads(gl_, injectProgram_, volume.found.count());
-}
-
-// The passes of RsmVoxels::light().
-void ConeLevels::inject(const RsmMaps& maps) {
-  const Followed& volume = *volumes_.front();
-  const VolumeGrid& grid = volume.found.grid();
-  const float unit = rsmUnit(maps.largestFlux);
-  rsmSums_.clear();
-  rsmVoxels_.bind(RELUME_CONE_SLOT_RSM_VOXELS);
-  rsmSums_.bind(RELUME_CONE_SLOT_RSM_SUMS);
-  cells_.bind(RELUME_LIVE_UNIT_CELLS);
-  setUniform(gl_, rsmProgram_, "relumeLiveOrigin", grid.originWorld);
-  setUniform(gl_, rsmProgram_, "relumeLiveSize", glm::uvec3(grid.cells));
-  setUniform(gl_, rsmProgram_, "relumeRsmPerMetre", 1.0f / grid.voxel);
-  setUniform(gl_, rsmProgram_, "relumeRsmPerWatt", 1.0f / unit);
-  setUniform(gl_, rsmProgram_, "relumeRsmLargest", maps.largestFlux);
-  for (const RsmMaps::Map& map : maps.map) {
-    for (const auto& [texture, at] : {std::pair{map.places, RELUME_CONE_UNIT_RSM_PLACES},
-                                      {map.normals, RELUME_CONE_UNIT_RSM_NORMALS},
-                                      {map.flux, RELUME_CONE_UNIT_RSM_FLUX}}) {
-      gl_.ActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(at));
-      gl_.BindTexture(GL_TEXTURE_2D, texture);
-    }
-    setUniform(gl_, rsmProgram_, "relumeRsmSide", map.width);
-    runThreads(gl_, rsmProgram_, map.width * map.height);
-  }
-  waitForShaders(gl_);
-  radiance_.bindImage(0, GL_WRITE_ONLY);
-  setUniform(gl_, rsmLightProgram_, "relumeRsmUnit", unit);
-  setUniform(gl_, rsmLightProgram_, "relumeRsmEmissionScale", maps.emissionScale);
-  runThreads(gl_, rsmLightProgram_, volume.found.count());
 }
 
 void ConeLevels::bindVoxels(const Program& program, const Followed& volume) const {
@@ -327,20 +294,14 @@ Status ConeLevels::fill(std::span<const VoxelVolume> volumes, std::span<const Li
   for (std::size_t l = 0; !isNew && l < volumes.size(); ++l) isNew = !volumes_[l]->found.isOf(volumes[l]);
   if (isNew) follow(volumes);
   follows_ = false;
-  if (maps != nullptr && !rsmFollows_) {
-    const std::vector<RelumeRsmVoxel> voxels = volumes_.front()->found.rsmVoxels(volumes.front());
-    rsmVoxels_.reserve(sizeof(RelumeRsmVoxel) * voxels.size());
-    rsmVoxels_.write(0, bytesOf(voxels));
-    rsmSums_.reserve(kSumBytes * volumes.front().sideCount());
-    rsmFollows_ = true;
-  }
+  if (maps != nullptr) rsm_.follow(volumes.front(), volumes_.front()->found);
   for (std::size_t l = 0; l < volumes.size() && lit.empty() && maps == nullptr; ++l)
     radiance_.write(bytesOf(volumes_[l]->found.radianceTexels(volumes[l], directions_)),
                     kRadianceTexels * volumes_[l]->first / RELUME_LIVE_SIDES_A_ROW);
   voxelsMs_ = watch.lap();
   timer_.mark(0);
   for (std::size_t l = 0; l < lit.size(); ++l) inject(*volumes_[l], *lit[l]);
-  if (maps != nullptr) inject(*maps);
+  if (maps != nullptr) rsm_.light(volumes_.front()->found, *maps, cells_, radiance_);
   waitForShaders(gl_);
   timer_.mark(1);
   if (halves_) findUnit();
@@ -400,8 +361,7 @@ std::vector<PassTime> ConeLevels::passTimes() {
 }
 
 std::size_t ConeLevels::voxelBytes() const {
-  std::size_t bytes =
-      cells_.bytes() + sides_.bytes() + radiance_.bytes() + rsmVoxels_.bytes() + rsmSums_.bytes() + brightest_.bytes();
+  std::size_t bytes = cells_.bytes() + sides_.bytes() + radiance_.bytes() + rsm_.bytes() + brightest_.bytes();
   for (const auto& volume : volumes_) bytes += volume->sources.bytes() + volume->list.bytes();
   return bytes;
 }

@@ -17,6 +17,7 @@
 #include "runtime/live_gl/cone_volume.h"
 #include "runtime/live_gl/lit_sides.h"
 #include "runtime/live_gl/live_objects.h"
+#include "runtime/live_gl/rsm_passes_gl.h"
 #include "runtime/passes/programs.h"
 #include "runtime/voxels/voxel_volume.h"
 #include "shaders/shared/layout.h"
@@ -32,17 +33,6 @@
 #include <vector>
 
 namespace relume::gl {
-
-// Reflective shadow maps as passes read them (RsmTextures in cones_gl.h), checked.
-struct RsmMaps {
-  struct Map {
-    GLuint places, normals, flux;
-    std::uint32_t width, height;
-  };
-  std::span<const Map> map;
-  float largestFlux = 0.0f;       // [W]
-  glm::vec3 emissionScale{0.0f};  // factor
-};
 
 class ConeLevels {
  public:
@@ -93,7 +83,6 @@ class ConeLevels {
   void placeVoxels();
   void write(Followed& volume);
   void inject(const Followed& volume, const LitSides& lit);
-  void inject(const RsmMaps& maps);
   void findUnit();
   void runLevels(const Followed& volume);
   void bindVoxels(const Program& program, const Followed& volume) const;
@@ -106,14 +95,15 @@ class ConeLevels {
   const Functions& gl_;
   RadianceMips::Directions directions_;
   bool halves_;  // of the levels' texels
-  Program injectProgram_, rsmProgram_, rsmLightProgram_, brightestProgram_, firstProgram_, levelProgram_;
+  Program injectProgram_, brightestProgram_, firstProgram_, levelProgram_;
   std::vector<std::unique_ptr<Followed>> volumes_;  // from the outermost on
   Texture first_, further_;
   glm::uvec3 firstSize_{0}, furtherSize_{0};  // of both [texel]
-  bool follows_ = false, rsmFollows_ = false;
+  bool follows_ = false;
   CellTexture cells_;
-  GrowingBuffer rsmVoxels_, rsmSums_, brightest_;
+  GrowingBuffer brightest_;
   GrowingRows radiance_, sides_;
+  RsmPasses rsm_;
   FrameTimer<2> timer_;
   double voxelsMs_ = 0.0;
 };

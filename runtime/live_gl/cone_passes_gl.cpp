@@ -42,6 +42,7 @@ ConePasses::ConePasses(const Functions& gl, const ConeLevels& levels, const Pixe
       hemisphere_(hemisphere),
       isSerial_(groups == gpu::GroupThreads::serial),
       directions_(gl),
+      hostTextures_(gl),
       timer_(gl) {}
 
 std::vector<std::pair<std::string, std::string>> ConePasses::defines() const {
@@ -154,7 +155,7 @@ void ConePasses::lightPixels(const LiveSky& sky, GLuint normals, bool rowsUp) {
   levels_.bind(hemisphere);
   bindSurfaces(hemisphere);
   bindSky(hemisphere, sky);
-  bindTexture(RELUME_CONE_UNIT_NORMALS, normals);
+  hostTextures_.bind(RELUME_CONE_UNIT_NORMALS, normals);
   light[from].bindImage(gl_, 0);
   gl_.ProgramUniform2f(hemisphere.get(), gl_.GetUniformLocation(hemisphere.get(), "relumeConeTurn"), std::cos(angle),
                        std::sin(angle));
@@ -232,7 +233,7 @@ void ConePasses::frame(const LiveSky& sky, GLuint normals, GLuint mirrored, cons
     levels_.bind(program);
     bindSurfaces(program);
     bindSky(program, sky);
-    bindTexture(RELUME_CONE_UNIT_NORMALS, mirrored);
+    hostTextures_.bind(RELUME_CONE_UNIT_NORMALS, mirrored);
     images_.glossy.bindImage(gl_, 0);
     run(program, pixels());
   }
@@ -254,11 +255,6 @@ void ConePasses::run(const Program& program, std::uint32_t threads) const {
   waitForShaders(gl_);
 }
 
-void ConePasses::bindTexture(GLuint unit, GLuint texture) const {
-  gl_.ActiveTexture(GL_TEXTURE0 + unit);
-  gl_.BindTexture(GL_TEXTURE_2D, texture);
-}
-
 void ConePasses::trace(const PixelReceivers& pixels, const LiveSky& sky, std::span<const glm::vec4> mirrored) {
   timer_.mark(0);
   upload(pixels, mirrored);
@@ -269,8 +265,8 @@ void ConePasses::trace(const PixelReceivers& pixels, const LiveSky& sky, std::sp
 void ConePasses::trace(const PixelTextures& textures, const LiveSky& sky) {
   timer_.mark(0);
   bindSurfaces(surfacesProgram_);
-  bindTexture(RELUME_CONE_UNIT_PLACES, textures.places);
-  bindTexture(RELUME_CONE_UNIT_PLANES, textures.planes);
+  hostTextures_.bind(RELUME_CONE_UNIT_PLACES, textures.places);
+  hostTextures_.bind(RELUME_CONE_UNIT_PLANES, textures.planes);
   images_.places[0].bindImage(gl_, 0);
   images_.planes[0].bindImage(gl_, 1);
   run(surfacesProgram_, pixels());

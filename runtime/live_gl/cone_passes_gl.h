@@ -92,7 +92,6 @@ class ConePasses {
   void bindSurfaces(const Program& program) const;
   void writeSky(const LiveSky& sky);
   void bindSky(const Program& program, const LiveSky& sky) const;
-  void bindTexture(GLuint unit, GLuint texture) const;
   void lightPixels(const LiveSky& sky, GLuint normals, bool rowsUp);
   void frame(const LiveSky& sky, GLuint normals, GLuint mirrored, const glm::mat4& clipFromWorld, bool rowsUp);
   template <class T>
@@ -106,6 +105,7 @@ class ConePasses {
   Tracing tracing_, nestedTracing_;
   Program surfacesProgram_, edgesProgram_, gatherProgram_, blurProgram_, keepProgram_;
   GrowingBuffer directions_;
+  HostTextures hostTextures_;
   PixelImages images_;
   bool hasBefore_ = false;  // a frame of this size, to keep light of
   bool hasGlossy_ = false;

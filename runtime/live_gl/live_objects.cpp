@@ -20,6 +20,20 @@ Texture makeTexture(const Functions& gl, GLenum target) {
   return texture;
 }
 
+HostTextures::HostTextures(const Functions& gl) : gl_(&gl) {
+  GLuint name = 0;
+  gl.GenSamplers(1, &name);
+  sampler_ = Sampler(gl, name);
+  gl.SamplerParameteri(name, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  gl.SamplerParameteri(name, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+}
+
+void HostTextures::bind(GLuint unit, GLuint texture) const {
+  gl_->ActiveTexture(GL_TEXTURE0 + unit);
+  gl_->BindTexture(GL_TEXTURE_2D, texture);
+  gl_->BindSampler(unit, sampler_.get());
+}
+
 void waitForShaders(const Functions& gl) {
   gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
                    GL_TEXTURE_UPDATE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);

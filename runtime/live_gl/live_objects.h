@@ -135,6 +135,19 @@ void waitForShaders(const Functions& gl);
 // A texture of one level without a filter, bound to unit 12. State must be saved.
 Texture makeTexture(const Functions& gl, GLenum target);
 
+// 2-D textures of the host's that shaders read texel by texel: by a sampler of its own, since one without mip levels
+// is not complete by the parameters that textures begin with, and reads as black.
+class HostTextures {
+ public:
+  explicit HostTextures(const Functions& gl);
+  // State must be saved.
+  void bind(GLuint unit, GLuint texture) const;
+
+ private:
+  const Functions* gl_;
+  Sampler sampler_;
+};
+
 // A voxel's axis as shaders read it beside the front's radiance: 127 times the unit vector, 128 added to each.
 inline std::uint32_t packAxis(const glm::ivec3& axis) {
   const glm::uvec3 bytes(axis + 128);

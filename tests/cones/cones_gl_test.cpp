@@ -258,6 +258,62 @@ TEST_F(ConesOnGl, takeTheHostsTextures) {
   }
 }
 
+// Of one level by the parameters that textures begin with, which ask for mip levels.
+GLuint plainTexture(std::uint32_t width, std::uint32_t height, const std::vector<glm::vec4>& texels) {
+  GLuint name = 0;
+  glGenTextures(1, &name);
+  glBindTexture(GL_TEXTURE_2D, name);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, static_cast<GLsizei>(width), static_cast<GLsizei>(height), 0, GL_RGBA,
+               GL_FLOAT, texels.data());
+  glBindTexture(GL_TEXTURE_2D, 0);
+  return name;
+}
+
+TEST_F(ConesOnGl, parametersOfTheHostsTexturesAreNoMatter) {
+  Level level;
+  LitPlate plate(64);
+  plate.place({2.5f, -4, 2}, {1, 0, 0}, {0, 0, 1}, {0, 1, 0});
+  const RsmImage image = plate.image();
+  const Picture& picture = view();
+  std::vector<glm::vec4> places, normals, mirrored, mapPlaces, mapNormals, flux;
+  for (std::size_t i = 0; i < picture.depth.size(); ++i) {
+    places.emplace_back(picture.position[i], picture.depth[i]);
+    normals.emplace_back(picture.normal[i], 0.0f);
+    mirrored.emplace_back(picture.normal[i], 8.0f);
+  }
+  for (const RsmTexel& texel : image.texel) {
+    mapPlaces.emplace_back(texel.positionWorld, texel.area);
+    mapNormals.emplace_back(texel.normal, 0.0f);
+    flux.emplace_back(texel.flux, 0.0f);
+  }
+  std::vector<std::vector<glm::vec4>> light;
+  std::vector<std::vector<glm::vec3>> glossy, sides;
+  ConesGl gl = onGl({.interleaved = false, .keep = false});
+  for (const auto make : {&textureOf, &plainTexture}) {
+    const GLuint names[] = {make(picture.width, picture.height, places),
+                            make(picture.width, picture.height, normals),
+                            make(picture.width, picture.height, mirrored),
+                            make(image.side, image.side * image.faces, mapPlaces),
+                            make(image.side, image.side * image.faces, mapNormals),
+                            make(image.side, image.side * image.faces, flux)};
+    const RsmTextures map{image.side, image.faces, names[3], names[4], names[5]};
+    ASSERT_TRUE(gl.fill(level.volume, std::span(&map, 1), 1e4f, glm::vec3(0.0f)));
+    sides.push_back(gl.sideRadiance());
+    ASSERT_TRUE(gl.trace(
+        PixelTextures{picture.width, picture.height, names[0], names[1], names[1], names[2], picture.clipFromWorld},
+        {{0.3f, 0.4f, 0.5f}, {}, 0}));
+    light.push_back(gl.light());
+    glossy.push_back(gl.glossy());
+    glDeleteTextures(6, names);
+  }
+  EXPECT_TRUE(std::any_of(light[0].begin(), light[0].end(), [](const glm::vec4& l) { return l.x > 0.0f; }));
+  EXPECT_TRUE(std::any_of(glossy[0].begin(), glossy[0].end(), [](const glm::vec3& l) { return l.x > 0.0f; }));
+  EXPECT_TRUE(std::any_of(sides[0].begin(), sides[0].end(), [](const glm::vec3& l) { return l.x > 0.0f; }));
+  EXPECT_TRUE(light[1] == light[0]);
+  EXPECT_TRUE(glossy[1] == glossy[0]);
+  EXPECT_TRUE(sides[1] == sides[0]);
+}
+
 TEST_F(ConesOnGl, framesMakeNoObject) {
   Level level;
   auto gl = ConesGl::create({{}, Directions::six, true, countingLoader(0)});
