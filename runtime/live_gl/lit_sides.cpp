@@ -84,6 +84,8 @@ void LitSides::follow(const VoxelVolume& volume, std::uint32_t firstRow) {
   firstRow_ = firstRow;
   const bool stood = follows_ && volume.standingVersion() == standingVersion_;
   if (stood && volume.movingVersion() == movingVersion_) return;
+  // Until all is there: memory that runs out in between leaves buffers that have part of it, or nothing.
+  follows_ = false;
   grid_ = volume.grid();
   const std::size_t standing = volume.standingSides(), all = volume.sideCount();
   bool grown = false;

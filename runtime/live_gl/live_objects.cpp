@@ -67,7 +67,8 @@ void GrowingBuffer::bind(GLuint slot) const { gl_->BindBufferBase(GL_SHADER_STOR
 bool GrowingRows::reserve(std::uint32_t wanted) {
   if (rows_ >= std::max(wanted, 1u)) return false;
   texture_ = makeTexture(*gl_, GL_TEXTURE_2D);
-  rows_ = wanted + wanted / 4 + 1;
+  const std::uint32_t most = deviceOf(*gl_, gpu::GroupThreads::parallel).imageSide;
+  rows_ = std::max(wanted, std::min(wanted + wanted / 4 + 1, most));
   gl_->TexStorage2D(GL_TEXTURE_2D, 1, format_.stored, static_cast<GLsizei>(width_), static_cast<GLsizei>(rows_));
   return true;
 }

@@ -4,6 +4,7 @@
 
 #include "tests/live/irradiance_by_shader.h"
 #include "tests/live/lit_volumes.h"
+#include "tests/runtime/allocations.h"
 #include "tests/runtime/counting_loader.h"
 #include "tests/runtime/gl_test_support.h"
 
@@ -13,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <vector>
 
 namespace relume {
@@ -343,6 +345,58 @@ TEST_F(LiveCachesOnGl, bindingsOfTheHostAreAsTheyWere) {
   EXPECT_EQ(found, 0);
   glDeleteBuffers(1, &buffer);
   glDeleteTextures(1, &texture);
+}
+
+// As some systems without a context do.
+TEST_F(LiveCachesOnGl, errorsWithoutEndAreNotWaitedFor) {
+  VoxelLevel level = room();
+  const VoxelVolume volume = volumeOf(level, coarse(8));
+  auto gl = LiveCachesGl::create({{32},
+                                  [](const char* name) -> GlProc {
+                                    if (std::string(name) != "glGetError") return EglContext::getProcAddress(name);
+                                    return reinterpret_cast<GlProc>(+[]() -> GLenum { return GL_INVALID_OPERATION; });
+                                  },
+                                  "",
+                                  {}});
+  ASSERT_TRUE(gl) << gl.error().message;
+  EXPECT_TRUE(gl->update(volume, {}));
+}
+
+// Buffers that have grown are empty until they are written, for which there may be no memory.
+TEST_F(LiveCachesOnGl, framesWithoutMemoryAreMadeUpFor) {
+  if (!countsAllocations()) GTEST_SKIP() << "a sanitizer has operator new";
+  VoxelLevel level = room();
+  level.addBox({-2, -1, -2}, {2, 1, 2}, false);
+  level.parts.back().moves = true;
+  level.parts.back().toWorld[3] = {3.0f, 100.0f, 2.5f};  // far off
+  VoxelOptions options = coarse(16);
+  options.boxMax = {6, 3, 5};
+  VoxelVolume volume = volumeOf(level, options);
+  const std::vector<Light> lights = lamps();
+  LightSetup setup;
+  setup.lights = lights;
+  LiveFrame frame;
+  frame.bounceScale = 0.0f;
+  LiveCachesGl gl = made(32), same = made(32);
+  ASSERT_TRUE(gl.lightDirectly(volume, setup));
+  ASSERT_TRUE(gl.update(volume, frame));
+  const std::uint32_t standing = volume.standingSides(), before = volume.sideCount();
+  std::vector<glm::mat4x3> to(2, glm::mat4x3(1.0f));
+  to[0][3] = {2.6f, 0.6f, 3.6f};
+  to[1][3] = {3.0f, 1.5f, 2.5f};
+  ASSERT_TRUE(volume.move(to));
+  ASSERT_GT(volume.sideCount(), before + before / 3) << "more than there is room for";
+  ASSERT_TRUE(same.lightDirectly(volume, setup));
+  ASSERT_TRUE(same.update(volume, frame));
+  refuseAllocationsFrom(std::size_t{48} * standing);  // what packing the standing sides takes, and nothing before it
+  const Status refused = gl.lightDirectly(volume, setup);
+  refuseAllocationsFrom(0);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::memory);
+  ASSERT_TRUE(gl.lightDirectly(volume, setup));
+  ASSERT_TRUE(gl.update(volume, frame));
+  EXPECT_EQ(gl.radiance(), same.radiance());
+  EXPECT_EQ(gl.coefficients(), same.coefficients());
 }
 
 }  // namespace

@@ -14,6 +14,7 @@ std::size_t allocations() { return 0; }
 bool countsAllocations() { return false; }
 std::size_t largestAllocation() { return 0; }
 void forgetLargest() {}
+void refuseAllocationsFrom(std::size_t) {}
 
 }  // namespace relume::test
 
@@ -21,10 +22,11 @@ void forgetLargest() {}
 
 namespace {
 
-std::atomic<std::size_t> count{0}, largest{0};
+std::atomic<std::size_t> count{0}, largest{0}, refusedFrom{0};
 
 void* counted(std::size_t size, std::size_t alignment) {
   ++count;
+  if (const std::size_t least = refusedFrom; least > 0 && size >= least) throw std::bad_alloc();
   for (std::size_t before = largest; size > before && !largest.compare_exchange_weak(before, size);) {
   }
   void* memory = alignment <= alignof(std::max_align_t)
@@ -59,6 +61,7 @@ std::size_t allocations() { return count; }
 bool countsAllocations() { return true; }
 std::size_t largestAllocation() { return largest; }
 void forgetLargest() { largest = 0; }
+void refuseAllocationsFrom(std::size_t bytes) { refusedFrom = bytes; }
 
 }  // namespace relume::test
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // How often, and for how much, this program has called operator new, of all threads together (allocations.cpp counts).
-// Sanitizers have an operator new of their own: with them nothing is counted.
+// Sanitizers have an operator new of their own: with them nothing is counted or refused.
 #pragma once
 
 #include <cstddef>
@@ -12,5 +12,7 @@ bool countsAllocations();
 // [byte] the largest since forgetLargest().
 std::size_t largestAllocation();
 void forgetLargest();
+// From now on refuse those of so many bytes and more; 0 = none.
+void refuseAllocationsFrom(std::size_t bytes);
 
 }  // namespace relume::test
