@@ -182,7 +182,9 @@ void VoxelsGl::State::voxelise(bool isMoving) {
   gl_.MemoryBarrier(GL_COMMAND_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
   gl_.UseProgram(largeProgram.get());
   gl_.DispatchComputeIndirect(0);
-  gl_.MemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT);
+  // The next call writes the buffer of large triangles anew.
+  gl_.MemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT |
+                    GL_BUFFER_UPDATE_BARRIER_BIT);
   layer.timer.mark(1);
   layer.timer.endFrame();
 }

@@ -263,6 +263,25 @@ TEST_F(VoxelsOnGl, whatIsRefusedChangesNothing) {
   EXPECT_EQ(gl.standingBits(), standing);
 }
 
+GLbitfield lastBarrier = 0;
+
+// What shaders have counted is written anew by the next call, which must not overtake them.
+TEST_F(VoxelsOnGl, waitForAllThatTheNextCallWrites) {
+  VoxelLevel level = movingLevel();
+  auto gl = VoxelsGl::create(level.geometry(), gridOf(8, 0.5f), {[](const char* name) -> GlProc {
+                               if (std::string(name) != "glMemoryBarrier") return EglContext::getProcAddress(name);
+                               return reinterpret_cast<GlProc>(+[](GLbitfield bits) {
+                                 lastBarrier = bits;
+                                 glMemoryBarrier(bits);
+                               });
+                             }});
+  ASSERT_TRUE(gl) << gl.error().message;
+  lastBarrier = 0;
+  ASSERT_TRUE(gl->move(std::vector<glm::mat4x3>(2, glm::mat4x3(1.0f))));
+  EXPECT_EQ(lastBarrier & GL_BUFFER_UPDATE_BARRIER_BIT, static_cast<GLbitfield>(GL_BUFFER_UPDATE_BARRIER_BIT));
+  EXPECT_EQ(lastBarrier & GL_TEXTURE_FETCH_BARRIER_BIT, static_cast<GLbitfield>(GL_TEXTURE_FETCH_BARRIER_BIT));
+}
+
 TEST_F(VoxelsOnGl, bindingsOfTheHostAreAsTheyWere) {
   VoxelLevel level = movingLevel();
   VoxelsGl gl = made(level.geometry(), gridOf(8, 0.5f));
