@@ -126,6 +126,7 @@ Status ShadowMaps::allocate(std::uint32_t flat, std::uint32_t cubes) {
   flatLayers_ = flat;
   cubes_ = cubes;
   if (glGetError() != GL_NO_ERROR) {
+    flat_ = GlTexture();  // none that a later call would take for what it needs
     return Error{ErrorCode::failed, "no memory for " + std::to_string(flat) + " shadow maps of " +
                                         std::to_string(size_) + " texels a side and " + std::to_string(cubes) +
                                         " cubes of half that"};
