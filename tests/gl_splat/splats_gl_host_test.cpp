@@ -17,6 +17,7 @@
 #include <cstring>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace relume {
@@ -76,9 +77,9 @@ struct OddState {
     if (hasClipControl()) glClipControl(GL_UPPER_LEFT, GL_ZERO_TO_ONE);
   }
   static bool hasClipControl() { return epoxy_gl_version() >= 45; }
-  static constexpr std::array<GLenum, 8> kSwitches{GL_SCISSOR_TEST,   GL_DEPTH_TEST,     GL_STENCIL_TEST,
-                                                   GL_CULL_FACE,      GL_POLYGON_SMOOTH, GL_RASTERIZER_DISCARD,
-                                                   GL_CLIP_DISTANCE0, GL_CLIP_DISTANCE7};
+  static constexpr std::array<GLenum, 9> kSwitches{GL_SCISSOR_TEST,       GL_DEPTH_TEST,     GL_STENCIL_TEST,
+                                                   GL_COLOR_LOGIC_OP,     GL_CULL_FACE,      GL_POLYGON_SMOOTH,
+                                                   GL_RASTERIZER_DISCARD, GL_CLIP_DISTANCE0, GL_CLIP_DISTANCE7};
 
   static std::vector<GLint64> snapshot() {
     std::vector<GLint64> state;
@@ -265,6 +266,39 @@ TEST_F(SplatsGlHost, picturesBeyondTheLimitsAreNamed) {
   expectError(gl->look(wide.rays, wide.receivers), ErrorCode::unsupported, "101 x 4 pixels");
   expectError(gl->look(tall.rays, tall.receivers), ErrorCode::unsupported, "1 to 100 along a side");
   EXPECT_TRUE(gl->look(fits.rays, fits.receivers));
+}
+
+bool hasMemory = true;  // of the functions below
+bool isShort = false;
+
+GlProc runningOut(const char* name) {
+  const std::string_view n = name;
+  if (n == "glBufferData")
+    return reinterpret_cast<GlProc>(+[](GLenum target, GLsizeiptr size, const void* data, GLenum usage) {
+      isShort = isShort || !hasMemory;
+      glBufferData(target, size, data, usage);
+    });
+  if (n == "glGetError")
+    return reinterpret_cast<GlProc>(
+        +[]() -> GLenum { return std::exchange(isShort, false) ? GL_OUT_OF_MEMORY : glGetError(); });
+  return EglContext::getProcAddress(name);
+}
+
+TEST_F(SplatsGlHost, memoryThatRunsOutIsNamedAndDrawnAnew) {
+  const auto gl = make({runningOut});
+  const SplatView view(64, 36);
+  const std::vector<Record> records = strewn(view, 300);
+  ASSERT_TRUE(gl->look(view.rays, view.receivers));
+  ASSERT_TRUE(gl->draw(records, {}));
+  hasMemory = false;
+  expectError(gl->relight(records), ErrorCode::memory, "not enough memory for 300 records");
+  hasMemory = true;
+  expectError(gl->relight(records), ErrorCode::usage, "before draw()");
+  ASSERT_TRUE(gl->draw(records, {}));
+  ASSERT_TRUE(gl->relight(records));
+  std::vector<Splat> picture(64 * 36);
+  ASSERT_TRUE(gl->read(picture));
+  EXPECT_EQ(compareSplats(splatByCpu(view, records, {}), picture, {}).apart, 0u);
 }
 
 TEST_F(SplatsGlHost, anOpenGlThatDoesNotAddFloatsIsNamed) {

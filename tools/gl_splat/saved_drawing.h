@@ -12,8 +12,8 @@ namespace relume::gl {
 
 // Remembers on construction and restores on destruction: both framebuffers, the vertex array, viewport 0, the clip
 // control, the polygon mode; of draw buffers 0 and 1 the blending and its functions and the colour mask; and what it
-// turns off: depth and stencil test, culling, scissors, clip distances, smooth polygons, and the discarding of all
-// that is drawn.
+// turns off: depth and stencil test, culling, scissors, clip distances, smooth polygons, logical operations, which put
+// an end to blending, and the discarding of all that is drawn.
 class SavedDrawing {
  public:
   static constexpr GLuint kTargets = 2;
@@ -30,7 +30,7 @@ class SavedDrawing {
           alphaDestination = 0;
     std::array<GLboolean, 4> mask{};
   };
-  static constexpr std::size_t kSwitches = 13;
+  static constexpr std::size_t kSwitches = 14;
   static const std::array<GLenum, kSwitches> kOff;
 
   const Functions& gl_;

@@ -258,12 +258,18 @@ Status SplatsGl::relight(std::span<const Record> records) {
   if (records.empty()) return done();
   const gl::SavedState saved(s.targets.gl);
   const gl::SavedDrawing drawing(s.targets.gl, s.targets.draw);
+  s.isDrawn = false;
   std::transform(records.begin(), records.end(), s.lights.begin(), lightOf);
   s.isSky = std::any_of(records.begin(), records.end(), hasSky);
   s.targets.sendBuffer(s.lightBuffer, s.lights, 0, s.room);
+  if (Status ok = s.targets.takeError(std::to_string(records.size()) + " records"); !ok) {
+    s.room = 0;
+    return ok;
+  }
   s.targets.clearSums();
   s.addSums(0);
   s.showSums();
+  s.isDrawn = true;
   return done();
 }
 
