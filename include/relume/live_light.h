@@ -97,7 +97,8 @@ class LiveGlResolve {
   // once for an invocation: call them for one place and normal. Texts of several lights may stand in one shader, by
   // prefixes and texture units of their own: two of one prefix do not compile.
   virtual const std::string& glsl() const = 0;
-  // Before a draw with such a shader: its uniforms, and its textures, which stay bound to LiveGlNames::textureUnits.
+  // Before a draw with such a shader: its uniforms, and its textures, which stay bound to LiveGlNames::textureUnits,
+  // without samplers of the host's; the active unit is as it was.
   // usage: another sampler that the program reads has one of these units, a bake's or another light's for example; the
   // message names it. That is looked for when a program is handed over for the first time, once its own samplers are
   // set.

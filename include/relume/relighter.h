@@ -98,7 +98,8 @@ struct RelightOptions {
   std::uint32_t gridTextureBytes = 4u << 20;
   // GL backend: GLSL that defines `float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)` with whatever
   // uniforms and samplers it needs (the host sets them through GlResolve::surfelProgram(), with moving parts through
-  // movingProgram() as well, textures on units of its own below 12). Empty = nothing is in shadow.
+  // movingProgram() as well, textures on units of its own below 12). Numbers outside [0..1] are clamped, NaN is 0.
+  // Empty = nothing is in shadow.
   std::string visibilityGlsl{};
   // GL backend, which needs it: where it gets OpenGL's functions from. Called within create() alone; each relighter
   // keeps the addresses that it was given, and the library links no OpenGL.
@@ -164,7 +165,8 @@ class GlResolve {
   // float exponent), float relumeGlossyExponent(float roughness), float relumeGlossyShare(float roughness). Slots are
   // those of shaders/shared/layout.h (kResolve...) unless the host defines RELUME_RESOLVE_... macros before it.
   virtual const std::string& glsl() const = 0;
-  // Bind all inputs to the default slots of shaders/shared/layout.h. Leaves them bound.
+  // Bind all inputs to the default slots of shaders/shared/layout.h, their units without samplers of the host's. Leaves
+  // them bound, and the active unit as it was.
   virtual void bind() const = 0;
   // GL program of step 2, for the host's shadow uniforms.
   virtual std::uint32_t surfelProgram() const = 0;
@@ -181,8 +183,9 @@ class GlResolve {
   virtual const std::string& surfelGlsl() const = 0;
   // Invocations to dispatch, at least.
   virtual std::uint32_t surfelSlots() const = 0;
-  // Bind the surfels and the buffer for their irradiance to the default slots. Leaves them bound. The first call makes
-  // that buffer, which holds zeros.
+  // Bind the surfels and the buffer for their irradiance to the default slots. Leaves them bound, and all else as it
+  // was but for the buffer that is bound to GL_SHADER_STORAGE_BUFFER itself. The first call makes the one for
+  // irradiance, which holds zeros.
   virtual void bindSurfels() const = 0;
 };
 
@@ -212,7 +215,8 @@ class Relighter {
   // What relight() would refuse. usage: a span of the wrong size, a direction that is not of unit length, a number that
   // is not finite, negative, or outside the range include/relume/lights.h gives; the message names light and field.
   // A driven material that the bake does not have, an image that was not declared, a texture that does not exist or is
-  // of another size; unsupported: the bake knows no drivable material at all. Every texel of an image is looked at.
+  // of another size or kind; unsupported: the bake knows no drivable material at all, or a frame of more lights or
+  // colours than OpenGL binds at once. Every texel of an image is looked at.
   [[nodiscard]] Status check(const LightSetup& setup) const;
   // Forget last frame's light. GL: throws std::bad_alloc, and forgets nothing, where there is no memory to clear with.
   void reset();
