@@ -69,6 +69,9 @@ Status BakeVoxelsGl::light(const VoxelVolume& volume, const SurfelVoxels& surfel
   if (Status ok = checkSetup(punctual, 0, 0); !ok) return ok;
   if (Status ok = checkEmissionScale(emissionScale); !ok) return ok;
   if (Status ok = surfels.checkVolume(volume); !ok) return ok;
+  for (const std::uint32_t name : {inputs.nodes, inputs.caches, inputs.gridIndex, inputs.uniforms}) {
+    if (name == 0) return Error{ErrorCode::usage, "voxels lit by a bake: the inputs are not those of a GL relighter"};
+  }
   State& s = *state_;
   try {
     const gl::SavedState saved(s.gl_);

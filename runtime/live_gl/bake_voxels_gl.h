@@ -45,8 +45,9 @@ class BakeVoxelsGl {
 
   // A frame, as SurfelVoxels::light(). surfels: of the same volume and the relighter's bake, as in the call before
   // unless the standing parts have changed. inputs: of a GL relighter, in the light of its last frame. usage: the
-  // volume has been edited since `surfels` were found, lights that Relighter::check() refuses, emissionScale outside of
-  // 0 to 1e9; unsupported: more voxels than OpenGL's buffers hold; memory. What is refused leaves last frame's light.
+  // volume has been edited since `surfels` were found, inputs of none, lights that Relighter::check() refuses,
+  // emissionScale outside of 0 to 1e9; unsupported: more voxels than OpenGL's buffers hold; memory. What is refused
+  // leaves last frame's light.
   [[nodiscard]] Status light(const VoxelVolume& volume, const SurfelVoxels& surfels, const GlResolveInputs& inputs,
                              std::span<const Light> lights, const glm::vec3& emissionScale);
 

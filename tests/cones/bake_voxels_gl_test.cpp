@@ -165,6 +165,10 @@ TEST_F(BakeVoxelsOnGl, refuseByName) {
   }
   lights[0].intensity.y = std::numeric_limits<float>::infinity();
   EXPECT_FALSE(gl.light(room.volume, *surfels, inputs, lights, glm::vec3(1.0f)));
+  const Status none = gl.light(room.volume, *surfels, GlResolveInputs{}, lampOf(10.0f), glm::vec3(1.0f));
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().code, ErrorCode::usage);
+  EXPECT_NE(none.error().message.find("of a GL relighter"), std::string::npos) << none.error().message;
   EXPECT_EQ(gl.radiance(), before);
   ASSERT_TRUE(room.volume.edit(std::vector<PartEdit>{{1}}));
   const Status stale = gl.light(room.volume, *surfels, inputs, lampOf(10.0f), glm::vec3(1.0f));
