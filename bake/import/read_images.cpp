@@ -12,6 +12,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <string_view>
 
 namespace {
 
@@ -129,8 +130,10 @@ void resetReason() {
 // Why stb_image has failed, since resetReason().
 Error decodingError(const std::string& where, const std::string& what) {
   if (refusedMemory) return {ErrorCode::failed, where + ": out of memory"};
-  const char* reason = stbi_failure_reason();
-  return {ErrorCode::invalidFile, where + ": " + what + (reason != nullptr ? std::string(" (") + reason + ")" : "")};
+  // A decoder that gives none leaves it empty, or that of the format that was tried before.
+  const std::string_view reason = stbi_failure_reason() != nullptr ? stbi_failure_reason() : "";
+  const bool tells = !reason.empty() && reason != "bad png sig" && reason != "unknown image type";
+  return {ErrorCode::invalidFile, where + ": " + what + (tells ? " (" + std::string(reason) + ")" : "")};
 }
 
 // stb_image takes what lies behind the end of an HDR file for zeros: note that it asked.

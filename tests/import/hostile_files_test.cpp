@@ -245,6 +245,12 @@ TEST(HostileFiles, brokenAndMissingImagesAreNamed) {
   Bytes cut = png(8, 8, Bytes(256, 77));
   cut.resize(cut.size() / 2);
   expectRefused(withImage(cut).import(), ErrorCode::invalidFile, "images[0]");
+  // The decoder has no reason of its own for bytes that are no stream.
+  Bytes blank = png(64, 64, Bytes(4 * 64 * 64, 77));
+  std::fill(blank.end() - 30, blank.end(), std::uint8_t{0});
+  const Result<Scene> unread = withImage(blank).import();
+  ASSERT_FALSE(unread);
+  EXPECT_TRUE(unread.error().message.ends_with("broken image")) << unread.error().message;
   GltfBuilder missing = withImage(cut);
   missing.root["images"][0] = {{"uri", "gone.png"}, {"name", "bricks"}};
   expectRefused(missing.import(), ErrorCode::io, "images[0]: 'gone.png' not found beside the scene");
