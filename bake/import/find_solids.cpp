@@ -16,6 +16,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <tuple>
 
@@ -216,8 +217,7 @@ Shells findShells(const Scene& scene, const Group& meshes) {
 
 // Whether a point is inside: the sum of the solid angles of all faces is 4 pi there, and 0 outside (Van Oosterom and
 // Strackee 1983: tan(omega / 2) = a·(b×c) / (|a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|)).
-bool isInside(const Shells& shells, const Shell& shell, const glm::dvec3& p) {
-  if (glm::any(glm::lessThan(p, shell.low)) || glm::any(glm::greaterThan(p, shell.high))) return false;
+bool isInsideByAngles(const Shells& shells, const Shell& shell, const glm::dvec3& p) {
   double half = 0.0;
   for (const std::uint32_t f : shell.face) {
     const glm::dvec3 a = cornerOf(shells, f, 0) - p, b = cornerOf(shells, f, 1) - p, c = cornerOf(shells, f, 2) - p;
@@ -226,6 +226,46 @@ bool isInside(const Shells& shells, const Shell& shell, const glm::dvec3& p) {
                        la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la + glm::dot(c, a) * lb);
   }
   return half > 3.14159265;  // half of 2 pi
+}
+
+// The same by the faces that a ray leaves and enters through, which most faces are not; nothing where the ray meets an
+// edge or begins at a face, within rounding. It goes up at a slant, to miss the edges of walls.
+std::optional<bool> isInsideByRay(const Shells& shells, const Shell& shell, const glm::dvec3& p) {
+  const double size = std::max({shell.high.x - shell.low.x, shell.high.y - shell.low.y, shell.high.z - shell.low.z});
+  const double near = 1e-9 * size;
+  // A corner as seen along the ray, which is +Y there.
+  const auto seen = [&](std::uint32_t f, std::size_t k) {
+    const glm::dvec3 v = cornerOf(shells, f, k) - p;
+    return glm::dvec3(v.x - 0.31 * v.y, v.y, v.z - 0.17 * v.y);
+  };
+  int winding = 0;
+  for (const std::uint32_t f : shell.face) {
+    const std::array<glm::dvec3, 3> c = {seen(f, 0), seen(f, 1), seen(f, 2)};
+    const auto [lowX, highX] = std::minmax({c[0].x, c[1].x, c[2].x});
+    if (lowX > near || highX < -near) continue;
+    const auto [lowZ, highZ] = std::minmax({c[0].z, c[1].z, c[2].z});
+    if (lowZ > near || highZ < -near) continue;
+    // Twice the areas of the ray's point with each edge, seen along the ray.
+    std::array<double, 3> part{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const glm::dvec3 &from = c[(k + 1) % 3], &to = c[(k + 2) % 3];
+      part[k] = from.z * to.x - from.x * to.z;
+      const double length = std::hypot(to.x - from.x, to.z - from.z);
+      if (std::abs(part[k]) <= near * length) return std::nullopt;
+    }
+    const bool up = part[0] > 0.0;
+    if (up != (part[1] > 0.0) || up != (part[2] > 0.0)) continue;
+    const double y = (part[0] * c[0].y + part[1] * c[1].y + part[2] * c[2].y) / (part[0] + part[1] + part[2]);
+    if (!(std::abs(y) > near)) return std::nullopt;
+    if (y > 0.0) winding += up ? 1 : -1;
+  }
+  return winding > 0;
+}
+
+bool isInside(const Shells& shells, const Shell& shell, const glm::dvec3& p) {
+  if (glm::any(glm::lessThan(p, shell.low)) || glm::any(glm::greaterThan(p, shell.high))) return false;
+  const std::optional<bool> byRay = isInsideByRay(shells, shell, p);
+  return byRay ? *byRay : isInsideByAngles(shells, shell, p);
 }
 
 // What shows that a shell is a room: something that lies inside it, that is, more than a share of its points do.
@@ -278,7 +318,7 @@ std::vector<Witness> findWitnesses(const Scene& scene) {
 
 // Which shells of a node have a witness inside.
 std::vector<std::uint8_t> findRooms(const Scene& scene, const Group& instances, const Shells& shells,
-                                    std::span<const Witness> witnesses) {
+                                    std::span<const Witness> witnesses, const Context& context) {
   std::vector<std::uint8_t> room(shells.shell.size(), 0);
   const glm::dmat4 toWorld(scene.instances[instances[0]].toWorld);
   if (glm::determinant(toWorld) == 0.0) return room;
@@ -290,7 +330,10 @@ std::vector<std::uint8_t> findRooms(const Scene& scene, const Group& instances, 
     for (std::size_t s = 0; s < room.size(); ++s) {
       if (room[s]) continue;
       std::size_t inside = 0;
-      for (const glm::dvec3& p : point) inside += isInside(shells, shells.shell[s], p);
+      for (const glm::dvec3& p : point) {
+        if (context.cancelled()) return room;
+        inside += isInside(shells, shells.shell[s], p);
+      }
       room[s] = static_cast<double>(inside) > witness.share * static_cast<double>(point.size());
     }
   }
@@ -346,7 +389,7 @@ void findSolids(Scene& scene, Context& context) {
     for (std::size_t n = begin; n < end; ++n) {
       const Shells& found = shells[number.at(meshesOf(scene, nodes[n]))];
       if (found.shell.empty()) continue;
-      const std::vector<std::uint8_t> room = findRooms(scene, nodes[n], found, witnesses);
+      const std::vector<std::uint8_t> room = findRooms(scene, nodes[n], found, witnesses, context);
       std::size_t face = 0;
       for (const std::uint32_t i : nodes[n]) {
         const Instance& instance = scene.instances[i];

@@ -4,10 +4,12 @@
 
 #include "relume/bake/context.h"
 #include "tests/caches/meshes.h"
+#include "tests/cancel_after.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 namespace relume {
@@ -202,6 +204,57 @@ TEST(FindSolids, hostileMeshesAreOpen) {
     scene.lights.emplace_back();
     solids(scene);
   }
+}
+
+// A closed surface of many triangles that only holds half of what is in its box.
+Mesh ballMesh(std::uint32_t rows) {
+  Mesh mesh;
+  mesh.material = 0;
+  const std::uint32_t columns = 2 * rows;
+  for (std::uint32_t r = 0; r <= rows; ++r) {
+    for (std::uint32_t c = 0; c < columns; ++c) {
+      const float up = 3.14159265f * static_cast<float>(r) / static_cast<float>(rows);
+      const float around = 6.2831853f * static_cast<float>(c) / static_cast<float>(columns);
+      const bool pole = r == 0 || r == rows;
+      mesh.position.push_back(
+          pole ? glm::vec3(0, r == 0 ? 1 : -1, 0)
+               : glm::vec3(std::sin(up) * std::cos(around), std::cos(up), std::sin(up) * std::sin(around)));
+    }
+  }
+  for (std::uint32_t r = 0; r < rows; ++r) {
+    for (std::uint32_t c = 0; c < columns; ++c) {
+      const std::uint32_t a = r * columns + c, b = r * columns + (c + 1) % columns;
+      mesh.triangle.emplace_back(a, b, a + columns);
+      mesh.triangle.emplace_back(b, b + columns, a + columns);
+    }
+  }
+  return mesh;
+}
+
+// A ball, and things around it at the corners of its box; or one of them in it.
+Scene ballAmongThings(std::uint32_t rows, std::uint32_t things, bool within) {
+  Scene scene = levelOf(ballMesh(rows));
+  scene.cameras.clear();
+  for (std::uint32_t i = 0; i < things; ++i) {
+    Mesh thing = boxMesh(glm::vec3(0.0f), glm::vec3(0.05f + 1e-4f * static_cast<float>(i)));
+    thing.material = kNone;
+    const glm::vec3 corner(i & 1u ? 0.8f : -0.85f, i & 2u ? 0.8f : -0.85f, i & 4u ? 0.8f : -0.85f);
+    addInstance(scene, std::move(thing), "thing",
+                glm::translate(glm::mat4(1.0f), within && i == 0 ? glm::vec3(0.1f) : corner));
+  }
+  return scene;
+}
+
+TEST(FindSolids, whatLiesBesideABallInItsBoxIsNotInIt) {
+  Scene beside = ballAmongThings(16, 16, false), within = ballAmongThings(16, 16, true);
+  EXPECT_EQ(solids(beside), 2u * 32u * 16u - 2u * 32u);  // without those at the poles, which have no area
+  EXPECT_EQ(solids(within), 0u);
+}
+
+TEST(FindSolids, ofMuchHearsACancelAtOnce) {
+  Scene scene = ballAmongThings(400, 240, false);
+  const double after = test::processorSecondsAfterCancel(1.0, [&](Context& context) { findSolids(scene, context); });
+  EXPECT_LT(after, 1.0);
 }
 
 }  // namespace
