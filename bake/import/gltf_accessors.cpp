@@ -11,6 +11,10 @@ namespace {
 
 // Elements an accessor without data of its own (all zeros, or sparse over zeros) may claim at least.
 constexpr std::uint64_t kMinClaim = 65536;
+// Numbers that all accessors together may have for each byte of data, and may have at least: views and accessors may
+// overlap, and all that are read are held.
+constexpr std::uint64_t kMaxNumbersPerByte = 16;
+constexpr std::uint64_t kMinNumbers = 1u << 24;
 
 std::size_t componentBytes(int componentType) {
   switch (componentType) {
@@ -183,13 +187,19 @@ Status applySparse(const GltfDocument& document, const CheckedAccessor& checked,
 Result<const AccessorValues*> AccessorReader::floats(int accessor, int minComponents, int maxComponents,
                                                      const std::string& where) {
   const std::string path = jsonPath("accessors", accessor);
-  if (const auto known = cache_.find(accessor); known == cache_.end()) {
-    const Result<CheckedAccessor> checked = checkAccessor(document_, accessor, where);
-    if (!checked) return checked.error();
-    const tinygltf::Accessor& a = *checked->accessor;
+  const Result<CheckedAccessor> checked = checkAccessor(document_, accessor, where);
+  if (!checked) return checked.error();
+  const tinygltf::Accessor& a = *checked->accessor;
+  const Key key(a.bufferView, a.byteOffset, a.count, a.componentType, a.type, a.normalized,
+                a.sparse.isSparse ? accessor : -1);
+  if (!cache_.contains(key)) {
     AccessorValues out;
     out.count = a.count;
     out.components = checked->components;
+    numbers_ += a.count * static_cast<std::uint64_t>(out.components);
+    if (numbers_ > std::max(kMinNumbers, kMaxNumbersPerByte * document_.dataBytes))
+      return document_.invalid(path, "with it, the accessors have " + std::to_string(numbers_) + " numbers in " +
+                                         std::to_string(document_.dataBytes) + " bytes");
     out.values.resize(a.count * static_cast<std::size_t>(out.components));
     const std::size_t step = componentBytes(a.componentType);
     const auto copyElement = [&](std::size_t element, const std::uint8_t* bytes) {
@@ -200,9 +210,9 @@ Result<const AccessorValues*> AccessorReader::floats(int accessor, int minCompon
       for (std::size_t i = 0; i < a.count; ++i) copyElement(i, checked->base.data + i * checked->base.stride);
     }
     if (Status status = applySparse(document_, *checked, path, copyElement); !status) return status.error();
-    cache_.emplace(accessor, std::move(out));
+    cache_.emplace(key, std::move(out));
   }
-  const AccessorValues& values = cache_.at(accessor);
+  const AccessorValues& values = cache_.at(key);
   if (values.components < minComponents || values.components > maxComponents)
     return document_.invalid(where, path + " has " + std::to_string(values.components) + " components; expected " +
                                         std::to_string(minComponents) +

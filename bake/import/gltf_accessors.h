@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace relume {
@@ -21,14 +22,19 @@ class AccessorReader {
  public:
   explicit AccessorReader(const GltfDocument& document) : document_(document) {}
 
-  // Numbers of an accessor with minComponents..maxComponents components; owned by the reader, read once.
+  // Numbers of an accessor with minComponents..maxComponents components; owned by the reader, read once. invalidFile:
+  // also where accessors over the same bytes have far more numbers than there are bytes.
   Result<const AccessorValues*> floats(int accessor, int minComponents, int maxComponents, const std::string& where);
   // Unsigned integers of a scalar accessor.
   Result<std::vector<std::uint32_t>> indices(int accessor, const std::string& where) const;
 
  private:
   const GltfDocument& document_;
-  std::map<int, AccessorValues> cache_;
+  // What accessors must share to share their numbers: view, offset, count, component type, type, whether normalised;
+  // and of sparse ones, the accessor.
+  using Key = std::tuple<int, std::size_t, std::size_t, int, int, bool, int>;
+  std::map<Key, AccessorValues> cache_;
+  std::uint64_t numbers_ = 0;  // of all in cache_
 };
 
 // Every buffer view and accessor of the document, used or not, against the bytes there are.

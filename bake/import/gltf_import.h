@@ -58,6 +58,8 @@ class MeshImporter {
   Status fillMesh(const std::map<std::string, const AccessorValues*>& attributes, const UvSets& sets,
                   const std::vector<std::uint32_t>& used, const std::string& where, Mesh& mesh);
   void addTangents(const std::string& where, Mesh& mesh);
+  Status reserveMesh(const std::map<std::string, const AccessorValues*>& attributes, std::size_t vertices,
+                     std::size_t triangles);
 
   const GltfDocument& document_;
   std::vector<UvSets> uvSets_;
@@ -66,6 +68,7 @@ class MeshImporter {
   AccessorReader reader_;
   std::map<int, std::vector<std::uint32_t>> imported_;
   std::uint64_t triangles_ = 0;            // of all meshes so far
+  double unreserved_ = 0.0;                // [byte] of meshes that the memory budget was not asked for
   std::vector<std::uint32_t> renumbered_;  // scratch: new index per vertex, kNone = unused
   std::vector<glm::vec4> tangents_;        // scratch: TANGENT of the primitive's vertices, empty where it has none
 };

@@ -188,20 +188,21 @@ Status importImages(GltfDocument& document, const std::vector<ImageUse>& uses, S
   };
 
   // Views may overlap: together the images cannot hold more than the bytes there are.
-  std::uint64_t available = document.dataBytes, claimed = 0, largest = 0;
+  std::uint64_t available = document.dataBytes, claimed = 0, twice = 0, largest = 0;
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     available += owned[i].size();
     const Result<ImageSize> size = peekImage(bytes[i], whereIs(i));
     if (!size) return size.error();
     const std::uint64_t texels = static_cast<std::uint64_t>(size->width) * size->height;
     claimed += texels;
+    if (uses[source[i]].plain && uses[source[i]].masked) twice += texels;
     largest = std::max(largest, texels);
   }
   if (claimed > maxPixels(available))
     return document.invalid("images",
                             "claim " + std::to_string(claimed) + " texels in " + std::to_string(available) + " bytes");
 
-  if (Status reserved = reserveTexels(claimed, largest, bytes.size(), context); !reserved)
+  if (Status reserved = reserveTexels(claimed + twice, largest, bytes.size(), context); !reserved)
     return Error{reserved.error().code, document.at(reserved.error().message)};
 
   std::vector<std::optional<Error>> errors(scene.images.size());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // glTF primitives to triangle meshes: strips and fans unrolled, vertices no triangle uses dropped, values checked.
+#include "bake/base/memory_budget.h"
 #include "bake/import/gltf_import.h"
 #include "bake/import/make_tangents.h"
 
@@ -128,6 +129,23 @@ Status MeshImporter::fillMesh(const std::map<std::string, const AccessorValues*>
   return done();
 }
 
+// Ask the memory budget for a mesh of so many vertices in use; for small ones together.
+Status MeshImporter::reserveMesh(const std::map<std::string, const AccessorValues*>& attributes, std::size_t vertices,
+                                 std::size_t triangles) {
+  constexpr double kMuch = 16 << 20;  // [byte]
+  double numbers = 0.0;               // of a vertex
+  for (const auto& [name, values] : attributes) numbers += values->components;
+  const double bytes = static_cast<double>(vertices) * (numbers * sizeof(float) + sizeof(std::uint32_t)) +
+                       static_cast<double>(triangles) * sizeof(glm::uvec3);
+  unreserved_ += bytes;
+  if (unreserved_ < kMuch) return done();
+  unreserved_ = 0.0;
+  Status reserved = reserveMemory(context_, "import", bytes, "a mesh of " + std::to_string(triangles) + " triangles",
+                                  "split the level");
+  if (!reserved) reserved.error().message = document_.at(reserved.error().message);
+  return reserved;
+}
+
 // Read indices and the attributes the baker knows into `mesh`, compacted to the vertices in use.
 Status MeshImporter::readAttributes(const tinygltf::Primitive& primitive, const std::string& where, Mesh& mesh,
                                     std::vector<std::uint32_t>& indices) {
@@ -212,6 +230,7 @@ Status MeshImporter::readAttributes(const tinygltf::Primitive& primitive, const 
   used.erase(std::unique(used.begin(), used.end()), used.end());
   for (std::size_t i = 0; i < used.size(); ++i) renumbered_[used[i]] = static_cast<std::uint32_t>(i);
   for (std::uint32_t& index : indices) index = renumbered_[index];
+  if (Status status = reserveMesh(attributes, used.size(), indices.size() / 3); !status) return status;
   return fillMesh(attributes, sets, used, where, mesh);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The default scene's nodes to instances, cameras, lights and play volumes. The graph is checked to be a forest first;
 // it is walked with a stack of our own, so that depth costs nothing. Transforms are multiplied in double precision.
+#include "bake/base/memory_budget.h"
 #include "bake/import/gltf_import.h"
 #include "bake/scene/unit_vector.h"
 #include "formats/limits.h"
@@ -25,6 +26,10 @@ namespace relume {
 namespace {
 
 constexpr std::uint64_t kMaxTriangles = 1ull << 30;  // scene-wide: two sides must fit 32 bits
+// Instances may not outgrow the file's data by more: nodes can share the accessors of EXT_mesh_gpu_instancing, which
+// need not have data.
+constexpr std::uint64_t kMinInstances = 1u << 20;
+constexpr std::uint64_t kMaxInstancesPerByte = 1;
 
 struct Visit {
   int node = 0;
@@ -49,6 +54,7 @@ class NodeImporter {
   Status addInstance(const Visit& at, const glm::dmat4& toWorld, std::uint32_t primitive, std::uint32_t gpuInstance,
                      std::uint32_t mesh, const std::string& where);
   Result<std::vector<glm::dmat4>> gpuInstances(const tinygltf::Node& node, const std::string& where);
+  Status checkRoom(std::uint64_t more, const std::string& where);
   Status addCamera(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld, const std::string& where);
   Status addLight(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld, const std::string& where);
   std::string pathOf(int node) const;
@@ -224,6 +230,21 @@ Status NodeImporter::readExtras(const tinygltf::Node& node, const std::string& w
   return done();
 }
 
+// Whether so many instances more are in proportion to the file, and to the memory there is.
+Status NodeImporter::checkRoom(std::uint64_t more, const std::string& where) {
+  constexpr std::uint64_t kMany = 65536;
+  const std::uint64_t count = scene_.instances.size() + more;
+  if (count > std::max(kMinInstances, kMaxInstancesPerByte * document_.dataBytes))
+    return document_.invalid(where, "with it, the level has " + std::to_string(count) + " instances in " +
+                                        std::to_string(document_.dataBytes) + " bytes");
+  if (more < kMany) return done();
+  Status reserved =
+      reserveMemory(context_, "import", static_cast<double>(more) * (sizeof(Instance) + sizeof(glm::dmat4)),
+                    std::to_string(more) + " instances", "split the level");
+  if (!reserved) reserved.error().message = document_.at(reserved.error().message);
+  return reserved;
+}
+
 Status NodeImporter::addInstance(const Visit& at, const glm::dmat4& toWorld, std::uint32_t primitive,
                                  std::uint32_t gpuInstance, std::uint32_t mesh, const std::string& where) {
   if (!finite(toWorld)) return document_.invalid(where, "its transform to the world is not finite");
@@ -268,6 +289,7 @@ Result<std::vector<glm::dmat4>> NodeImporter::gpuInstances(const tinygltf::Node&
     count = part[i]->count;
   }
   if (!count) return document_.invalid(path, "has none of TRANSLATION, ROTATION, SCALE");
+  if (Status status = checkRoom(*count, path); !status) return status.error();
 
   std::vector<glm::dmat4> out(*count, glm::dmat4(1.0));
   for (std::size_t i = 0; i < *count; ++i) {
@@ -293,6 +315,7 @@ Status NodeImporter::addMesh(const tinygltf::Node& node, const Visit& at, const 
   if (!meshes) return meshes.error();
   const Result<std::vector<glm::dmat4>> copies = gpuInstances(node, where);
   if (!copies) return copies.error();
+  if (Status status = checkRoom(copies->size() * (*meshes)->size(), where); !status) return status;
   for (std::size_t copy = 0; copy < copies->size(); ++copy) {
     for (std::size_t p = 0; p < (*meshes)->size(); ++p) {
       const std::uint32_t mesh = (**meshes)[p];
@@ -424,10 +447,14 @@ Status NodeImporter::run() {
   if (!starts) return starts.error();
   std::vector<Visit> stack;
   for (auto root = starts->rbegin(); root != starts->rend(); ++root) stack.push_back({*root, glm::dmat4(1.0)});
+  std::vector<std::uint8_t> visited(document_.model.nodes.size(), 0);
   while (!stack.empty()) {
     const Visit at = stack.back();
     stack.pop_back();
     if (context_.cancelled()) return cancelledError();
+    if (visited[static_cast<std::size_t>(at.node)]++)
+      return document_.invalid(jsonPath("scenes", std::max(document_.model.defaultScene, 0)),
+                               pathOf(at.node) + " is listed, and a node above it is, too");
     if (Status status = visit(at, stack); !status) return status;
   }
   return done();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Malformed documents: each is refused with a code and a message that names the place.
+#include "bake/base/memory_budget.h"
 #include "tests/import/gltf_builder.h"
 
 #include <gtest/gtest.h>
@@ -164,6 +165,8 @@ const Case kCases[] = {
        b.root["scenes"][0]["nodes"] = {0, 0};
      },
      ErrorCode::invalidFile, "scenes[0]: nodes[0] 'node0' is listed twice"},
+    {"sceneListsANodeBesideItsParent", [](GltfBuilder& b) { node(b, 1)["children"] = {0}; }, ErrorCode::invalidFile,
+     "scenes[0]: nodes[0] 'node0' is listed, and a node above it is, too"},
     {"sceneMissing", [](GltfBuilder& b) { b.root["scene"] = 1; }, ErrorCode::invalidFile, "scenes[1] does not exist"},
     {"transformOverflows",
      [](GltfBuilder& b) {
@@ -290,6 +293,63 @@ TEST(Malformed, sharedIndicesDoNotMultiplyWithoutBound) {
   const Result<Scene> scene = b.import();
   ASSERT_FALSE(scene);
   EXPECT_NE(scene.error().message.find("triangles in"), std::string::npos) << scene.error().message;
+}
+
+// A mesh whose primitives each have positions of their own over the same bytes.
+GltfBuilder overlappingPositions(std::size_t vertices, std::size_t primitives, bool distinct) {
+  GltfBuilder b;
+  std::vector<float> positions(3 * vertices, 0.0f);
+  positions[3] = positions[7] = 1.0f;
+  const int view = b.view(positions), indices = b.indices({0, 1, 2});
+  json list = json::array();
+  for (std::size_t i = 0; i < primitives; ++i) {
+    const int position = b.accessor(view, 5126, vertices - (distinct ? i : 0), "VEC3");
+    list.push_back({{"attributes", {{"POSITION", position}}}, {"indices", indices}});
+  }
+  b.root["meshes"].push_back({{"primitives", list}});
+  b.node({{"mesh", 0}});
+  return b;
+}
+
+TEST(Malformed, overlappingAccessorsDoNotMultiplyWithoutBound) {
+  const Result<Scene> scene = overlappingPositions(100000, 200, true).import();
+  ASSERT_FALSE(scene);
+  EXPECT_NE(scene.error().message.find("numbers in"), std::string::npos) << scene.error().message;
+}
+
+TEST(Malformed, equalAccessorsAreReadOnce) {
+  const Result<Scene> scene = overlappingPositions(100000, 200, false).import();
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_EQ(scene->triangleCount(), 200u);
+}
+
+TEST(Malformed, sharedGpuInstancesDoNotMultiplyWithoutBound) {
+  GltfBuilder b;
+  b.root["nodes"][static_cast<std::size_t>(b.quad())].erase("mesh");
+  b.root["accessors"].push_back({{"componentType", 5126}, {"count", 65536}, {"type", "VEC3"}});
+  const auto zeros = b.root["accessors"].size() - 1;
+  for (int i = 0; i < 20; ++i)
+    b.node({{"mesh", 0}, {"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", zeros}}}}}}}});
+  const Result<Scene> scene = b.import();
+  ASSERT_FALSE(scene);
+  EXPECT_NE(scene.error().message.find("instances in"), std::string::npos) << scene.error().message;
+}
+
+// Primitives without indices may share all their vertices: each is a mesh of its own.
+TEST(Malformed, meshesAskTheMemoryBudget) {
+  GltfBuilder b;
+  const int position = b.floats(std::vector<float>(9u * 100000u, 0.0f), "VEC3");
+  json list = json::array();
+  for (int i = 0; i < 60; ++i) list.push_back({{"attributes", {{"POSITION", position}}}});
+  b.root["meshes"].push_back({{"primitives", list}});
+  b.node({{"mesh", 0}});
+  const std::filesystem::path path = b.write();
+  Context context;
+  context.maxMemory = heldMemory() + (std::uint64_t{128} << 20);
+  const Result<Scene> scene = importGltf(path, context);
+  ASSERT_FALSE(scene);
+  EXPECT_EQ(scene.error().code, ErrorCode::failed);
+  EXPECT_NE(scene.error().message.find("for a mesh of 100000 triangles"), std::string::npos) << scene.error().message;
 }
 
 }  // namespace

@@ -193,6 +193,26 @@ TEST(ImportMaterials, masksCutAtTheirCutoffBlendAtAHalfOpaqueNever) {
   }
 }
 
+// One that is a mask's and another material's becomes two images.
+TEST(ImportMaterials, imagesUsedInTwoWaysAskTheMemoryBudgetForBoth) {
+  const Bytes image = png(8, 8, Bytes(4 * 64, 200));
+  for (const bool both : {false, true}) {
+    GltfBuilder b;
+    const int texture = b.texture(image);
+    json m = textured(texture);
+    b.quad({{"material", b.material(m)}});
+    m["alphaMode"] = both ? "MASK" : "OPAQUE";
+    b.quad({{"material", b.material(m)}});
+    const std::filesystem::path path = b.write();
+    Context context;
+    context.maxMemory = 1;
+    const Result<Scene> scene = importGltf(path, context);
+    ASSERT_FALSE(scene);
+    EXPECT_NE(scene.error().message.find(both ? "for 128 texels" : "for 64 texels"), std::string::npos)
+        << scene.error().message;
+  }
+}
+
 TEST(ImportMaterials, alphaFactorAndVertexAlphaCountInTheTest) {
   GltfBuilder b;
   const int color = b.floats({1, 1, 1, 0.5, 1, 1, 1, 0.5, 1, 1, 1, 0.5, 1, 1, 1, 0.5}, "VEC4");
