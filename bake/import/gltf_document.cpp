@@ -65,12 +65,27 @@ Status checkExtensions(const json& root, const std::string& file) {
   return done();
 }
 
+// What tinygltf would refuse without saying where: KHR_lights_punctual wants `spot` of spot lights.
+Status checkSpots(const json& root, const std::string& file) {
+  const json::json_pointer path("/extensions/KHR_lights_punctual/lights");
+  if (!root.contains(path)) return done();
+  for (std::size_t i = 0; i < root[path].size(); ++i) {
+    const json& light = root[path][i];
+    if (light["type"] == "spot" && !light.contains("spot"))
+      return Error{ErrorCode::invalidFile, file + ": " + jsonPath("lights", static_cast<int>(i)) +
+                                               ": a spot light without \"spot\", which has its cone angles; {} has "
+                                               "the extension's defaults"};
+  }
+  return done();
+}
+
 Result<json> parseJson(const std::string& text, const std::string& file) {
   Result<json> root = readJson(text);
   if (!root) return Error{ErrorCode::invalidFile, file + ": " + root.error().message};
   if (Status status = checkGltfSchema(*root, file); !status) return status.error();
   if (Status status = checkVersion((*root)["asset"], file); !status) return status.error();
   if (Status status = checkExtensions(*root, file); !status) return status.error();
+  if (Status status = checkSpots(*root, file); !status) return status.error();
   return root;
 }
 

@@ -191,6 +191,11 @@ const Case kCases[] = {
            {"type", "spot"}, {"spot", {{"innerConeAngle", 0.5}, {"outerConeAngle", 0.4}}}};
      },
      ErrorCode::invalidFile, "cone angles"},
+    {"spotWithoutCone",
+     [](GltfBuilder& b) {
+       b.root["extensions"]["KHR_lights_punctual"]["lights"] = json::array({{{"type", "point"}}, {{"type", "spot"}}});
+     },
+     ErrorCode::invalidFile, "lights[1]: a spot light without \"spot\""},
     {"instancingCountsDiffer",
      [](GltfBuilder& b) {
        node(b, 0)["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
