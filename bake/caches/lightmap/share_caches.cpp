@@ -2,9 +2,9 @@
 // See share_caches.h.
 #include "bake/caches/lightmap/share_caches.h"
 
-#include "bake/base/morton.h"
 #include "bake/base/parallel.h"
 #include "bake/base/point_grid.h"
+#include "bake/caches/lightmap/texel_units.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -30,10 +30,6 @@ constexpr float kGridError = 0.8f;
 constexpr float kCacheCost = 0.1f;
 // Factor on distance off the tangent planes: a shelf must not read the caches of the wall.
 constexpr float kOffPlane = 3.0f;
-// Texels with a smaller share of surface than this choose together: in groups of this many texels' width that look the
-// same way.
-constexpr float kSmallShare = 0.25f;
-constexpr float kGroupTexels = 0.4f;
 // [texel] How far away from a cache texels can be that it is opened for.
 constexpr float kMaxReach = 1.6f;
 // [texel] How far away texels that no cache serves look for any cache in sight, before they read the grid.
@@ -48,16 +44,6 @@ constexpr float kTolerance = 2.0f;
 constexpr float kMinSeenInGap = 0.05f;
 constexpr int kRounds = 4;
 constexpr std::size_t kSightTests = 6;  // caches whose sight a texel tests
-
-// Texels that open a cache together.
-struct Unit {
-  std::uint32_t texel = 0;  // the one at which the cache is placed: that with the most surface
-  float weight = 0.0f;      // [full texels]
-  bool closed = false;      // has opened a cache, or cannot
-  float texelSize = 0.0f;   // [m]
-  SurfaceSpot spot;         // of `texel`
-  bool mayOpen() const { return !closed && !(weight <= 0.0f); }
-};
 
 // A unit or a cache, as those around it see it.
 struct Neighbour {
@@ -102,83 +88,37 @@ class Sharer {
     chooseCaches(open, result_.caches.size(), kLastReach, INFINITY, context);
     if (context.cancelled()) return {};
     compact();
-    result_.buried = std::move(invalid_);
+    result_.buried = std::move(spots_.invalid);
     return std::move(result_);
   }
 
  private:
-  float texelSizeOf(std::uint32_t texel) const {
-    return texels_.texelSize / set_.patches[texels_.texels[texel].patch].density;
-  }
-
   SurfaceSpot spotAt(std::uint32_t texel, std::uint32_t k) const {
     const PatchTexel& c = texels_.texels[texel];
     SurfaceSpot spot = spotOf(scene_, set_.patches[c.patch], texels_.points[c.firstPoint + k]);
-    spot.positionWorld += spot.normal * prober_.liftAt(spot.positionWorld, texelSizeOf(texel));
+    spot.positionWorld += spot.normal * prober_.liftAt(spot.positionWorld, texelSizeOf(set_, texels_, texel));
     return spot;
   }
 
   void findSpots(Context& context) {
-    spot_.resize(texels_.texels.size());
-    share_.resize(texels_.texels.size());
-    invalid_.assign(texels_.texels.size(), 0);
-    parallelChunks(context, "", spot_.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    spots_.spot.resize(texels_.texels.size());
+    spots_.share.resize(texels_.texels.size());
+    spots_.invalid.assign(texels_.texels.size(), 0);
+    parallelChunks(context, "", spots_.spot.size(), 1024, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const auto texel = static_cast<std::uint32_t>(i);
-        spot_[i] = spotAt(texel, 0);
-        share_[i] = std::min(1.0f, texels_.texels[i].area / (texelSizeOf(texel) * texelSizeOf(texel)));
+        spots_.spot[i] = spotAt(texel, 0);
+        spots_.share[i] = std::min(
+            1.0f, texels_.texels[i].area / (texelSizeOf(set_, texels_, texel) * texelSizeOf(set_, texels_, texel)));
       }
     });
-    low_ = glm::vec3(INFINITY);
-    for (const SurfaceSpot& spot : spot_) low_ = glm::min(low_, spot.positionWorld);
+    spots_.low = glm::vec3(INFINITY);
+    for (const SurfaceSpot& spot : spots_.spot) spots_.low = glm::min(spots_.low, spot.positionWorld);
   }
 
-  std::uint64_t groupOf(const glm::vec3& p) const { return mortonOf((p - low_) / (kGroupTexels * texelSize_)); }
-
-  // The face of a cube that a normal goes through.
-  static std::uint32_t sideOf(const glm::vec3& n) {
-    const glm::vec3 a = glm::abs(n);
-    const int axis = a.x >= a.y && a.x >= a.z ? 0 : a.y >= a.z ? 1 : 2;
-    return static_cast<std::uint32_t>(2 * axis + (n[axis] < 0.0f ? 1 : 0));
-  }
-
-  // Group the texels with little surface; sort all units by weight.
+  // The units of the open texels, for searches around each.
   void makeUnits(const std::vector<std::uint32_t>& open, Context& context) {
-    struct Small {
-      std::uint64_t group;
-      std::uint32_t look, texel;
-    };
-    std::vector<Small> small;
-    unit_.clear();
-    for (const std::uint32_t texel : open) {
-      if (share_[texel] >= kSmallShare) {
-        unit_.push_back({texel, share_[texel], invalid_[texel] != 0, texelSizeOf(texel), spot_[texel]});
-        continue;
-      }
-      small.push_back({groupOf(spot_[texel].positionWorld), sideOf(spot_[texel].normal), texel});
-    }
-    std::sort(small.begin(), small.end(), [](const Small& a, const Small& b) {
-      if (a.group != b.group) return a.group < b.group;
-      return a.look != b.look ? a.look < b.look : a.texel < b.texel;
-    });
-    for (std::size_t begin = 0; begin < small.size();) {
-      Unit unit{kNone, 0.0f, true, 0.0f, {}};
-      std::size_t end = begin;
-      for (; end < small.size() && small[end].group == small[begin].group && small[end].look == small[begin].look;
-           ++end) {
-        const std::uint32_t texel = small[end].texel;
-        unit.weight += share_[texel];
-        const bool better = unit.texel == kNone || invalid_[texel] < invalid_[unit.texel] ||
-                            (invalid_[texel] == invalid_[unit.texel] && share_[texel] > share_[unit.texel]);
-        if (better) unit.texel = texel;
-      }
-      unit.closed = invalid_[unit.texel] != 0;
-      unit.texelSize = texelSizeOf(unit.texel);
-      unit.spot = spot_[unit.texel];
-      unit_.push_back(unit);
-      begin = end;
-    }
-    std::stable_sort(unit_.begin(), unit_.end(), [](const Unit& a, const Unit& b) { return a.weight > b.weight; });
+    unit_ = makeTexelUnits(set_, texels_, spots_, open);
     std::vector<glm::vec3> position(unit_.size());
     for (std::size_t u = 0; u < unit_.size(); ++u) position[u] = unit_[u].spot.positionWorld;
     units_ = PointGrid(position, texelSize_, context);
@@ -230,7 +170,7 @@ class Sharer {
       if (context.cancelled()) return;
       std::size_t found = 0;
       for (std::size_t i = 0; i < count; ++i) {
-        Unit& unit = unit_[first + i];
+        TexelUnit& unit = unit_[first + i];
         result_.statistics.pairs += mayServe[i].pairs;
         found += mayServe[i].neighbour.size();
         served.clear();
@@ -263,7 +203,7 @@ class Sharer {
     std::vector<Reached> neighbour;
     std::uint64_t pairs = 0;  // that were tested
   };
-  void findServed(const Unit& unit, Served& served) {
+  void findServed(const TexelUnit& unit, Served& served) {
     served.neighbour.clear();
     served.pairs = 0;
     if (!unit.mayOpen()) return;
@@ -287,7 +227,7 @@ class Sharer {
   // do. Spots that see mostly backs count only if they see enough of what the play space sees. 0 = none, 1 = the
   // texel's middle, 2 = another.
   int chooseSpot(std::uint32_t texel) {
-    const float contact = 0.02f * texelSizeOf(texel), tolerance = kTolerance * options_.maxBackFaceShare;
+    const float contact = 0.02f * texelSizeOf(set_, texels_, texel), tolerance = kTolerance * options_.maxBackFaceShare;
     const std::uint32_t own = set_.patches[texels_.texels[texel].patch].instance;
     float minBack = INFINITY;
     int verdict = 0;
@@ -298,7 +238,7 @@ class Sharer {
       const bool outside = around.back <= tolerance && around.back + around.near <= kMaxNearShare;
       const bool gap = around.ownBack == 0.0f && around.seen >= kMinSeenInGap;
       if ((!outside && !gap) || around.back >= minBack) continue;
-      spot_[texel] = candidate;
+      spots_.spot[texel] = candidate;
       verdict = k == 0 ? 1 : 2;
       if (around.back <= options_.maxBackFaceShare) break;
       minBack = around.back;
@@ -315,13 +255,13 @@ class Sharer {
       const auto cache = static_cast<std::uint32_t>(first + i);
       const std::uint32_t texel = owner_[cache];
       if (verdict[i] == 0) {
-        invalid_[texel] = 1;
+        spots_.invalid[texel] = 1;
         owner_[cache] = kNone;
         ++invalidCaches_;
         continue;
       }
       result_.statistics.moved += verdict[i] == 2;
-      result_.caches[cache] = {spot_[texel].positionWorld, spot_[texel].normal};
+      result_.caches[cache] = {spots_.spot[texel].positionWorld, spots_.spot[texel].normal};
       result_.cacheOfTexel[texel] = cache;
     }
   }
@@ -329,8 +269,8 @@ class Sharer {
   bool inSight(std::uint32_t texel, std::uint32_t cache) const {
     // Lift both ends, to look over the unevenness of the surface.
     const SurfaceCache& other = result_.caches[cache];
-    const float lift = 0.05f * glm::distance(spot_[texel].positionWorld, other.positionWorld);
-    return prober_.connected(spot_[texel].positionWorld + spot_[texel].normal * lift,
+    const float lift = 0.05f * glm::distance(spots_.spot[texel].positionWorld, other.positionWorld);
+    return prober_.connected(spots_.spot[texel].positionWorld + spots_.spot[texel].normal * lift,
                              other.positionWorld + other.normal * lift);
   }
 
@@ -373,8 +313,8 @@ class Sharer {
         const std::uint32_t texel = open[i];
         if (result_.cacheOfTexel[texel] != kNoCache) continue;
         candidates.clear();
-        const SurfaceSpot& spot = spot_[texel];
-        const float texelSize = texelSizeOf(texel), asked = kSurely * reach_ * texelSize;
+        const SurfaceSpot& spot = spots_.spot[texel];
+        const float texelSize = texelSizeOf(set_, texels_, texel), asked = kSurely * reach_ * texelSize;
         const auto collect = [&](NearCaches& caches, bool wasAsked) {
           forEachNear(caches.grid, caches.cache, spot.positionWorld, reach * texelSize, [&](const Neighbour& near) {
             const float error = errorOf(spot, texelSize, near.spot.positionWorld, near.spot.normal);
@@ -425,17 +365,14 @@ class Sharer {
   const Prober& prober_;
   const CacheOptions& options_;
   const std::size_t maxCaches_;
-  const float reach_;                  // [texel] beyond which nothing is shared
-  const float texelSize_;              // [m]
-  std::vector<SurfaceSpot> spot_;      // of each texel
-  std::vector<float> share_;           // [0..1] of each texel, its surface as a share of a full texel
-  std::vector<std::uint8_t> invalid_;  // 1 = every spot of the texel is behind or inside something
-  std::vector<Unit> unit_;
+  const float reach_;      // [texel] beyond which nothing is shared
+  const float texelSize_;  // [m]
+  TexelSpots spots_;
+  std::vector<TexelUnit> unit_;
   std::vector<std::uint32_t> owner_;  // texel of each cache; kNone = invalid
   std::size_t invalidCaches_ = 0;     // among result_.caches
   PointGrid units_;
   std::vector<Neighbour> nearUnit_;  // the units in the grid's order
-  glm::vec3 low_{0.0f};              // [m] lower corner of all spots' bounds
   SharedCaches result_;
 };
 
