@@ -88,6 +88,18 @@ TEST_F(ExportCommand, bakeAndExportWriteTheSameLevel) {
   EXPECT_EQ(nlohmann::json::parse(told.out)["texcoord"], 1);
 }
 
+// What an author says in extras.relume of the asset stands before the bake's name.
+TEST_F(ExportCommand, anExportedLevelWithExtrasIsWrittenOver) {
+  nlohmann::json level = nlohmann::json::parse(readAll(room_));
+  level["asset"]["extras"]["relume"]["lightUnit"] = "radiometric";
+  put("room.gltf", level.dump());
+  for (int i = 0; i < 2; ++i) bake(room_, out_, {"--export-glb", at("a.glb")});
+  for (int i = 0; i < 2; ++i) {
+    const ProgramResult made = run(exported(at("b.glb")));
+    EXPECT_EQ(made.status, 0) << made.err;
+  }
+}
+
 TEST_F(ExportCommand, nothingElseIsWrittenOver) {
   bake(room_, out_);
   const std::string notes = put("notes.txt", "years of work");

@@ -77,7 +77,9 @@ bool isKind(std::string_view text, FileKind kind) {
     case FileKind::benchPage:
       return text.starts_with("# Performance\n\nWritten by `relume bench`");
     case FileKind::exportedLevel:
-      return text.starts_with("glTF") && text.find("\"relume\":{\"lightmap\":{") != std::string_view::npos;
+      // Extras of the author's may stand before it.
+      return text.starts_with("glTF") && text.find("\"lightmap\":{") != std::string_view::npos &&
+             text.find("\"sceneHash\":\"") != std::string_view::npos;
     case FileKind::depfile:
       return text.substr(0, text.find('\n')).ends_with(": \\");
   }
