@@ -5,6 +5,7 @@
 #include "bake/base/read_json.h"
 #include "bake/import/gltf_accessors.h"
 #include "bake/import/gltf_file.h"
+#include "bake/import/gltf_schema.h"
 #include "formats/file_io.h"
 
 #include <algorithm>
@@ -60,6 +61,10 @@ Result<LevelDocument> LevelDocument::read(const std::filesystem::path& path, Con
   if (!container) return container.error();
   Result<json> root = readJson(container->json);
   if (!root) return Error{ErrorCode::invalidFile, out.source_.at(root.error().message)};
+  // Numbers of elements that were written as 3.0 are whole numbers from here on, as the importer has them.
+  for (const json& accessor : root->value("accessors", json::array()))
+    out.wholeAsFloats_ = out.wholeAsFloats_ || (accessor.contains("count") && accessor["count"].is_number_float());
+  if (const Status status = checkGltfSchema(*root, out.source_.file); !status) return status.error();
   out.root = std::move(*root);
   out.meshesBefore_ = out.root.value("meshes", json::array());
   if (const Status status = out.embedBuffers(); !status) return status.error();

@@ -34,6 +34,8 @@ class LevelDocument {
   int addView(std::span<const std::uint8_t> bytes, ViewTarget target, std::size_t stride = 0);
   int addAccessor(nlohmann::json accessor);
 
+  // Whether its writer says 3.0 for 3. Known numbers of elements are whole in `root` all the same.
+  bool wholeAsFloats() const { return wholeAsFloats_; }
   // The JSON's meshes as they were read.
   const nlohmann::json& meshesBefore() const { return meshesBefore_; }
   // Leave bytes out of the one buffer, in order and of the source alone; returns how many. The JSON already says so.
@@ -49,6 +51,7 @@ class LevelDocument {
   GltfDocument source_;
   std::vector<std::filesystem::path> files_;
   std::vector<std::uint64_t> base_;  // [byte] where each source buffer's slice lies in the new one
+  bool wholeAsFloats_ = false;
   nlohmann::json meshesBefore_;
   std::vector<ByteRange> cuts_;
   std::uint64_t cutBytes_ = 0;

@@ -13,6 +13,7 @@
 #include <array>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -298,12 +299,14 @@ class Maker {
 TexcoordSets chooseSets(const json& root) {
   TexcoordSets sets;
   if (!root.contains("meshes")) return sets;
+  std::set<std::string> taken;
   for (const json& mesh : root["meshes"]) {
     for (const json& primitive : mesh["primitives"]) {
-      for (int set = sets.front; primitive["attributes"].contains("TEXCOORD_" + std::to_string(set)); ++set)
-        sets.front = set + 1;
+      for (const auto& attribute : primitive["attributes"].items()) taken.insert(attribute.key());
     }
   }
+  const auto isTaken = [&](int set) { return taken.contains("TEXCOORD_" + std::to_string(set)); };
+  while (isTaken(sets.front) || isTaken(sets.back())) ++sets.front;
   return sets;
 }
 

@@ -19,7 +19,8 @@ struct TexcoordSets {
   int back() const { return front + 1; }
 };
 
-// The first set that no primitive of the document has, and at least 1: the same for all, so that one shader serves.
+// The first set that no primitive of the document has, nor the next, and at least 1: the same for all, so that one
+// shader serves.
 TexcoordSets chooseSets(const nlohmann::json& root);
 
 struct LightmapPrimitives {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <set>
 #include <string>
 #include <string_view>
@@ -30,33 +31,39 @@ bool isHarmless(std::string_view name) {
   return name.starts_with("KHR_materials_") || std::find(kKnown.begin(), kKnown.end(), name) != kKnown.end();
 }
 
-void collectIntegers(const json& value, Numbers& out) {
+// floats: 3.0 counts as well.
+void collectIntegers(const json& value, bool floats, Numbers& out) {
   if (value.is_number_unsigned()) out.insert(value.get<std::uint64_t>());
+  if (floats && value.is_number_float()) {
+    constexpr double kMax = 4294967295.0;
+    const double number = value.get<double>();
+    if (number >= 0.0 && number <= kMax && number == std::floor(number)) out.insert(static_cast<std::uint64_t>(number));
+  }
   if (!value.is_structured()) return;
-  for (const json& member : value) collectIntegers(member, out);
+  for (const json& member : value) collectIntegers(member, floats, out);
 }
 
 // Integers that somebody unknown may read as a number of an accessor or a view.
-void collectUnknown(const json& value, Numbers& out) {
+void collectUnknown(const json& value, bool floats, Numbers& out) {
   if (!value.is_structured()) return;
   if (value.is_array()) {
-    for (const json& member : value) collectUnknown(member, out);
+    for (const json& member : value) collectUnknown(member, floats, out);
     return;
   }
   for (const auto& [name, member] : value.items()) {
     if (name == "extras") {
       for (const auto& [key, extra] : member.items()) {
-        if (key != "relume") collectIntegers(extra, out);  // ours names neither
+        if (key != "relume") collectIntegers(extra, floats, out);  // ours names neither
       }
     } else if (name == "extensions" && member.is_object()) {
       for (const auto& [extension, content] : member.items()) {
         if (isHarmless(extension))
-          collectUnknown(content, out);
+          collectUnknown(content, floats, out);
         else
-          collectIntegers(content, out);
+          collectIntegers(content, floats, out);
       }
     } else {
-      collectUnknown(member, out);
+      collectUnknown(member, floats, out);
     }
   }
 }
@@ -77,12 +84,12 @@ struct References {
   Numbers accessors, views;
 };
 
-References ofPrimitives(const json& meshes) {
+References ofPrimitives(const json& meshes, bool floats) {
   References out;
   for (const json& mesh : meshes) {
     for (const json& primitive : listOf(mesh, "primitives")) {
-      collectIntegers(primitive.value("attributes", json::object()), out.accessors);
-      collectIntegers(primitive.value("targets", json::array()), out.accessors);
+      collectIntegers(primitive.value("attributes", json::object()), floats, out.accessors);
+      collectIntegers(primitive.value("targets", json::array()), floats, out.accessors);
       add(primitive, "indices", out.accessors);
       const json::json_pointer draco(std::string("/extensions/") + kDracoExtension);
       if (primitive.contains(draco)) add(primitive[draco], "bufferView", out.views);
@@ -106,10 +113,10 @@ struct Dead {
   Numbers shared;  // plain views, of which some accessors died
 };
 
-Dead findDead(const json& root, const json& before) {
-  const References was = ofPrimitives(before), is = ofPrimitives(listOf(root, "meshes"));
+Dead findDead(const json& root, const json& before, bool floats) {
+  const References was = ofPrimitives(before, floats), is = ofPrimitives(listOf(root, "meshes"), floats);
   Numbers live = is.accessors, unknown;
-  collectUnknown(root, unknown);
+  collectUnknown(root, floats, unknown);
   for (const json& skin : listOf(root, "skins")) add(skin, "inverseBindMatrices", live);
   for (const json& animation : listOf(root, "animations")) {
     for (const json& sampler : listOf(animation, "samplers")) {
@@ -230,7 +237,7 @@ json husk(const json& element, const json& content) {
 
 std::uint64_t pruneDocument(LevelDocument& document) {
   json& root = document.root;
-  const Dead dead = findDead(root, document.meshesBefore());
+  const Dead dead = findDead(root, document.meshesBefore(), document.wholeAsFloats());
   if (dead.accessors.empty() && dead.views.empty()) return 0;
 
   // 1. The bytes that nobody reads

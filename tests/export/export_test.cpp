@@ -349,6 +349,46 @@ TEST(ExportLevel, primitivesWithoutTextureCoordinatesGetZerosBelowTheMaps) {
   }
 }
 
+// Sets that do not count on from 0, as glTF asks for, are no reason to write over one.
+TEST(ExportLevel, setsBeyondAGapStay) {
+  GltfBuilder b = madeLevel();
+  const std::vector<float> texels = {0.5f, 0.25f, 0.125f, 0.5f, 0.25f, 0.75f, 1.0f, 0.0f};
+  b.quad(
+      {{"attributes", {{"TEXCOORD_2", b.floats(texels, "VEC2")}}}, {"material", b.material({{"doubleSided", true}})}});
+  const Exported e = test::exportOf(b.write(), someOptions());
+  EXPECT_EQ(e.level.texcoord, 3);
+  expectCoordinates(e);
+  Context context;
+  const auto document = loadGltfDocument(e.path, context);
+  ASSERT_TRUE(document);
+  const auto kept = test::cornerSet(*document, e.again.instances.back(), 2);
+  ASSERT_TRUE(kept);
+  const Mesh& mesh = e.scene.meshes[e.scene.instances.back().mesh];
+  for (std::size_t c = 0; c < kept->size(); ++c) {
+    const std::uint32_t v = mesh.triangle[c / 3][static_cast<int>(c % 3)];
+    EXPECT_EQ((*kept)[c], glm::vec2(texels[2 * v], texels[2 * v + 1]));
+  }
+}
+
+// JSON knows no whole numbers: some writers say 3.0.
+TEST(ExportLevel, wholeNumbersMayBeWrittenAsFloats) {
+  const auto asFloats = [](const json& value, const auto& self) -> json {
+    if (value.is_number_unsigned() || value.is_number_integer()) return value.get<double>();
+    json out = value;
+    if (value.is_structured()) {
+      for (json& member : out) member = self(member, self);
+    }
+    return out;
+  };
+  GltfBuilder b = madeLevel();
+  b.root["buffers"] = json::array({{{"byteLength", b.binary.size()}}});
+  const Exported plain = test::exportOf(b.write(), someOptions());
+  b.root = asFloats(b.root, asFloats);
+  const Exported floats = test::exportOf(b.write("floats.glb"), someOptions());
+  expectCoordinates(floats);
+  EXPECT_EQ(floats.level.bytesPruned, plain.level.bytesPruned);
+}
+
 TEST(ExportLevel, whatTheRepairTakesOutIsLitAsWhatItLiesOn) {
   GltfBuilder b = madeLevel();
   // A square whose first triangle is there twice, with vertices of its own and turned.
