@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The grid: walls part what stands on either side of them, bricks are where surfaces are, and light is continuous where
 // bricks end.
+#include "bake/base/memory_budget.h"
 #include "bake/base/random.h"
 #include "bake/caches/caches.h"
+#include "bake/caches/grid/refine_grid.h"
 #include "formats/grid_depth.h"
 #include "runtime/shared/stencil.h"
 #include "tests/caches/meshes.h"
@@ -168,6 +170,31 @@ TEST(PlaceGrid, PointsHoldCachesOfTheirPlaces) {
     }
   }
   EXPECT_GT(shared, static_cast<int>(caches.count())) << "neighbours share points";
+}
+
+// Where all cells have surfaces, a grid has several times the points that one of a room has.
+TEST(PlaceGrid, RefinedCellsAskTheMemoryBudget) {
+  Scene scene;
+  Mesh sheets;
+  for (int i = 0; i <= 64; ++i) {
+    const float y = 0.25f * static_cast<float>(i);
+    test::addQuad(sheets, {0, y, 0}, {0, y, 16}, {16, y, 16}, {16, y, 0});
+  }
+  addInstance(scene, std::move(sheets), "sheets");
+  Context context;
+  const auto tracer = RayTracer::create(scene, "", context);
+  ASSERT_TRUE(tracer) << tracer.error().message;
+  PlaySpaceOptions all;
+  all.mode = PlaySpaceOptions::Mode::all;
+  const auto space = findPlaySpace(*tracer, all, 1, context);
+  ASSERT_TRUE(space) << space.error().message;
+  const auto laidOut = layoutGrid(*tracer, *space, spaced(0.25f), 0.0, context);
+  ASSERT_TRUE(laidOut) << laidOut.error().message;
+  EXPECT_EQ(laidOut->brickCount, laidOut->brick.size());
+  context.maxMemory = heldMemory() + (std::uint64_t{80} << 20);
+  const auto refused = layoutGrid(*tracer, *space, spaced(0.25f), 0.0, context);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("are of its coarse level"), std::string::npos) << refused.error().message;
 }
 
 TEST(PlaceGrid, HasAboutTheCachesAskedFor) {

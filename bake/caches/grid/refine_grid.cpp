@@ -341,6 +341,14 @@ Status reserveGrid(const glm::uvec3& resolution, bool isRefined, const char* rem
                        remedy);
 }
 
+// Reserve memory for the points that a layout has: in a thicket, all cells are refined.
+Status reserveLayout(const GridLayout& layout, const char* remedy, Context& context) {
+  const double points = countOf(layout);
+  return reserveMemory(
+      context, "grid", points * kPointBytes + sizeof(std::uint32_t) * double{kBrickWords} * layout.brickCount,
+      countText(points) + " points, of which " + countText(latticeCount(layout)) + " are of its coarse level", remedy);
+}
+
 }  // namespace
 
 std::vector<GridPoint> pointsOf(const GridLayout& layout) {
@@ -406,7 +414,9 @@ Result<GridLayout> layoutGrid(const RayTracer& tracer, const PlaySpace& playSpac
   if (options.gridSpacing > 0.0f) {
     const glm::uvec3 coarse = coarseResolution(box, static_cast<double>(options.gridSpacing));
     if (Status ok = reserveGrid(coarse, true, "raise --grid-spacing", context); !ok) return ok.error();
-    return twoLevels(box, triangles, coarse);
+    GridLayout layout = twoLevels(box, triangles, coarse);
+    if (Status ok = reserveLayout(layout, "raise --grid-spacing", context); !ok) return ok.error();
+    return layout;
   }
   if (options.gridCaches == 0) return GridLayout{};
   const double points = 2.0 * count;  // a lattice that is refined nowhere, and what it is searched with
