@@ -158,7 +158,7 @@ inline relume_status run(const Handle* handle, const Work& work) noexcept {
 }
 
 inline Error usage(std::string text) { return {ErrorCode::usage, std::move(text)}; }
-inline Error nullPointer(const char* name) { return usage(std::string(name) + " is null"); }
+inline Error nullPointer(const std::string& name) { return usage(name + " is null"); }
 
 // The caller's struct over the defaults: fields that it does not have keep them. Its first member is struct_size.
 template <class T>

@@ -45,9 +45,9 @@ Status readGeometry(const relume_live_desc& desc, Geometry& geometry) {
   for (std::size_t i = 0; i < desc.mesh_count; ++i) {
     const relume_live_mesh& from = desc.meshes[i];
     const std::string name = "desc.meshes[" + std::to_string(i) + "].";
-    if (from.positions == nullptr && from.position_count > 0) return nullPointer((name + "positions").c_str());
-    if (from.triangles == nullptr && from.triangle_count > 0) return nullPointer((name + "triangles").c_str());
-    if (from.surfaces == nullptr && from.triangle_count > 0) return nullPointer((name + "surfaces").c_str());
+    if (from.positions == nullptr && from.position_count > 0) return nullPointer(name + "positions");
+    if (from.triangles == nullptr && from.triangle_count > 0) return nullPointer(name + "triangles");
+    if (from.surfaces == nullptr && from.triangle_count > 0) return nullPointer(name + "surfaces");
     geometry.meshes.push_back({vectors(from.positions, from.position_count),
                                {reinterpret_cast<const glm::uvec3*>(from.triangles), from.triangle_count},
                                {from.surfaces, from.triangle_count}});

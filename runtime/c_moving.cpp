@@ -16,10 +16,10 @@ static_assert(sizeof(glm::uvec3) == 3 * sizeof(unsigned int));
 
 Status readMesh(const relume_moving_mesh& from, std::size_t index, relume::MovingMesh& mesh) {
   const std::string name = "meshes[" + std::to_string(index) + "].";
-  if (from.positions == nullptr && from.position_count > 0) return nullPointer((name + "positions").c_str());
-  if (from.triangles == nullptr && from.triangle_count > 0) return nullPointer((name + "triangles").c_str());
-  if (from.albedo == nullptr && from.albedo_count > 0) return nullPointer((name + "albedo").c_str());
-  if (from.emission == nullptr && from.emission_count > 0) return nullPointer((name + "emission").c_str());
+  if (from.positions == nullptr && from.position_count > 0) return nullPointer(name + "positions");
+  if (from.triangles == nullptr && from.triangle_count > 0) return nullPointer(name + "triangles");
+  if (from.albedo == nullptr && from.albedo_count > 0) return nullPointer(name + "albedo");
+  if (from.emission == nullptr && from.emission_count > 0) return nullPointer(name + "emission");
   mesh.position = vectors(from.positions, from.position_count);
   mesh.triangle = {reinterpret_cast<const glm::uvec3*>(from.triangles), from.triangle_count};
   mesh.albedo = vectors(from.albedo, from.albedo_count);

@@ -68,7 +68,7 @@ relume_status relume_relighter_create(relume_bake* bake, const relume_relighter_
     if (read.driven_images == nullptr && read.driven_image_count > 0) return nullPointer("desc.driven_images");
     for (std::size_t i = 0; i < read.driven_image_count; ++i) {
       const relume_driven_image& image = read.driven_images[i];
-      if (image.material == nullptr) return nullPointer("desc.driven_images[].material");
+      if (image.material == nullptr) return nullPointer("desc.driven_images[" + std::to_string(i) + "].material");
       options.drivenImages.push_back({image.material, image.width, image.height});
     }
     options.memory = &bake->host->memory;
@@ -107,7 +107,8 @@ relume_status relume_relight(relume_relighter* relighter, const relume_light_set
     relighter->emissions.clear();
     for (std::size_t i = 0; i < read.material_emission_count; ++i) {
       const relume_material_emission& from = read.material_emissions[i];
-      if (from.image == nullptr && from.texel_count > 0) return nullPointer("setup.material_emissions[].image");
+      if (from.image == nullptr && from.texel_count > 0)
+        return nullPointer("setup.material_emissions[" + std::to_string(i) + "].image");
       relighter->emissions.push_back(
           {from.material, vec3(from.radiance), vectors(from.image, from.texel_count), from.texture});
     }
@@ -223,10 +224,10 @@ relume_status relume_glossy_in_grid(const relume_relighter* relighter, size_t co
 
 namespace {
 
-// An output of `bytes` as elements of T; a part of one counts as one too many, which no size that is expected has.
+// An output as elements of T. [bytes: a multiple of sizeof(T)]
 template <class T>
 std::span<T> elements(void* output, std::size_t bytes) {
-  return {static_cast<T*>(output), bytes % sizeof(T) == 0 ? bytes / sizeof(T) : bytes / sizeof(T) + 1};
+  return {static_cast<T*>(output), bytes / sizeof(T)};
 }
 
 Status checkBytes(const void* output, std::size_t bytes, std::size_t expected) {
@@ -260,6 +261,11 @@ relume_status relume_ambient_volume(const relume_relighter* relighter, const flo
     if (spacing == nullptr) return nullPointer("spacing");
     if (resolution == nullptr) return nullPointer("resolution");
     if (cubes == nullptr && bytes > 0) return nullPointer("cubes");
+    constexpr std::size_t kCubeBytes = 6 * sizeof(glm::vec3);
+    if (bytes % kCubeBytes != 0) {
+      return usage("bytes is " + std::to_string(bytes) + ", expected " + std::to_string(kCubeBytes) +
+                   " for each point");
+    }
     const relume::AmbientVolume volume{vec3(origin), vec3(spacing), {resolution[0], resolution[1], resolution[2]}};
     return relighter->relighter.ambientVolume(volume, elements<glm::vec3>(cubes, bytes));
   });

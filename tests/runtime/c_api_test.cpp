@@ -245,6 +245,12 @@ TEST_F(CApi, refusesAndSaysWhy) {
   EXPECT_EQ(relume_relighter_create(h.bake, &options, &h.relighter), RELUME_ERROR_USAGE);
   EXPECT_NE(std::string(relume_bake_error(h.bake)).find("lumaBands is 9"), std::string::npos);
   options.luma_bands = 0;
+  const relume_driven_image images[2] = {{"screen", 1, 1}, {nullptr, 1, 1}};
+  options.driven_images = images;
+  options.driven_image_count = 2;
+  EXPECT_EQ(relume_relighter_create(h.bake, &options, &h.relighter), RELUME_ERROR_USAGE);
+  EXPECT_STREQ(relume_bake_error(h.bake), "desc.driven_images[1].material is null");
+  options.driven_image_count = 0;
   ASSERT_EQ(relume_relighter_create(h.bake, &options, &h.relighter), RELUME_OK);
 
   // The relighter lives on without its bake and context; the bytes are released with the last of them.
@@ -257,6 +263,13 @@ TEST_F(CApi, refusesAndSaysWhy) {
   EXPECT_NE(std::string(relume_relighter_error(h.relighter)).find("lights[0].intensity"), std::string::npos);
   cLights_[0].kind = static_cast<relume_light_kind>(3);
   EXPECT_EQ(relume_relight(h.relighter, &setup_), RELUME_ERROR_USAGE);
+  cLights_[0] = test::cLights(lights_)[0];
+  relume_material_emission emissions[2] = {};
+  emissions[1].texel_count = 4;
+  setup_.material_emissions = emissions;
+  setup_.material_emission_count = 2;
+  EXPECT_EQ(relume_relight(h.relighter, &setup_), RELUME_ERROR_USAGE);
+  EXPECT_STREQ(relume_relighter_error(h.relighter), "setup.material_emissions[1].image is null");
   float out[3];
   EXPECT_EQ(relume_irradiance_map(h.relighter, out, sizeof out), RELUME_ERROR_USAGE);
   EXPECT_EQ(relume_irradiance_in_grid(h.relighter, 1, nullptr, out, out), RELUME_ERROR_USAGE);

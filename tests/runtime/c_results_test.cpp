@@ -114,6 +114,30 @@ TEST_F(CApi, ambientVolumesAreWhatTheGridGives) {
   EXPECT_EQ(relume_ambient_volume(h.relighter, origin, spacing, resolution, cubes.data(), 4), RELUME_ERROR_USAGE);
 }
 
+// An output that is a few bytes too small is not written past its end.
+TEST_F(CApi, sizesOfOutputsAreExact) {
+  Handles h;
+  ASSERT_NO_FATAL_FAILURE(open(h));
+  ASSERT_EQ(relume_relight(h.relighter, &setup_), RELUME_OK);
+  const float origin[3] = {0.5f, 0.5f, 0.5f}, spacing[3] = {1.0f, 1.0f, 1.0f};
+  const unsigned int resolution[3] = {2, 1, 1};
+  std::vector<float> cubes(36, -1.0f);
+  for (std::size_t bytes = 0; bytes < 2 * 144; ++bytes) {
+    if (bytes == 144) continue;
+    EXPECT_EQ(relume_ambient_volume(h.relighter, origin, spacing, resolution, cubes.data(), bytes), RELUME_ERROR_USAGE)
+        << bytes;
+  }
+  EXPECT_EQ(cubes, std::vector<float>(36, -1.0f));
+  ASSERT_EQ(relume_ambient_volume(h.relighter, origin, spacing, resolution, cubes.data(), 143), RELUME_ERROR_USAGE);
+  EXPECT_NE(std::string(relume_relighter_error(h.relighter)).find("bytes is 143, expected 72 for each point"),
+            std::string::npos)
+      << relume_relighter_error(h.relighter);
+  const std::size_t texels = bake_.caches.lightmap.cache.size();
+  std::vector<std::uint16_t> map(4 * texels);
+  for (const std::size_t less : {1u, 2u, 7u})
+    EXPECT_EQ(relume_irradiance_map(h.relighter, map.data(), 8 * texels - less), RELUME_ERROR_USAGE) << less;
+}
+
 TEST_F(CApi, lightMapCoordinatesOfInstances) {
   Handles h;
   ASSERT_NO_FATAL_FAILURE(open(h));
