@@ -171,26 +171,23 @@ Result<Bake> assemble(std::span<const Chunk> chunks, const std::shared_ptr<const
   return bake;
 }
 
-Result<Bake> assemblePlain(std::span<const std::byte> file, std::span<const Chunk> chunks,
-                           const std::shared_ptr<const void>& owner, std::pmr::memory_resource* memory) {
-  Result<Bake> bake = assemble(chunks, owner, memory);
-  if (!bake) return bake;
-  // A bake has one file: the version is the least that has what is in it.
-  if (const std::uint32_t version = versionOf(file); version != formatVersionOf(*bake)) {
-    return Error{ErrorCode::invalidFile,
-                 "header format version: expected " + std::to_string(formatVersionOf(*bake)) +
-                     (!bake->certificate.empty()         ? ", of a bake with a certificate, found "
-                      : bake->emitters.materials.empty() ? ", of a bake without emitters, found "
-                                                         : ", of a bake with emitters, found ") +
-                     std::to_string(version)};
-  }
-  return bake;
-}
-
 Result<Bake> assemblePacked(std::span<const Chunk> chunks, std::pmr::memory_resource* memory) {
   const Result<UnpackedChunks> unpacked = unpackChunks(chunks, memory);
   if (!unpacked) return unpacked.error();
   return assemble(unpacked->chunks, unpacked->owner, memory);
+}
+
+// A bake has one file: the version is the least that has what is in it.
+Status checkVersion(const Bake& bake, std::span<const std::byte> file) {
+  const std::uint32_t version = versionOf(file),
+                      expected = isPacked(file) ? packedVersionOf(bake) : formatVersionOf(bake);
+  if (version == expected) return done();
+  const char* of = !bake.certificate.empty()         ? "a bake with a certificate"
+                   : isPacked(file)                  ? "a packed bake without a certificate"
+                   : bake.emitters.materials.empty() ? "a bake without emitters"
+                                                     : "a bake with emitters";
+  return Error{ErrorCode::invalidFile, "header format version: expected " + std::to_string(expected) + ", of " + of +
+                                           ", found " + std::to_string(version)};
 }
 
 Result<Bake> named(const std::filesystem::path& path, Result<Bake> result) {
@@ -235,16 +232,20 @@ class FileChunks {
   std::uint64_t packedFrom_ = 0;
 };
 
-Status writeFile(const Bake& bake, std::optional<std::uint64_t> packedFrom, const std::filesystem::path& path) {
+Status writeFile(const Bake& bake, std::optional<std::uint64_t> packedFrom, const std::filesystem::path& path) try {
   const auto chunks = FileChunks::of(bake, packedFrom);
   if (!chunks) return Error{chunks.error().code, path.string() + ": not written, " + chunks.error().message};
   return writeFileAtomically(path, [&](const ByteSink& sink) { return chunks->write(sink); });
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
 }
 
-Result<std::vector<std::byte>> serialize(const Bake& bake, std::optional<std::uint64_t> packedFrom) {
+Result<std::vector<std::byte>> serialize(const Bake& bake, std::optional<std::uint64_t> packedFrom) try {
   const auto chunks = FileChunks::of(bake, packedFrom);
   if (!chunks) return chunks.error();
   return chunks->join();
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
 }
 
 }  // namespace
@@ -272,9 +273,9 @@ Result<Bake> parseBake(std::span<const std::byte> bytes, const std::shared_ptr<c
     if (checksums == Checksums::verify) {
       if (const Status status = verifyChunks(*chunks); !status) return status.error();
     }
-    Result<Bake> bake =
-        isPacked(bytes) ? assemblePacked(*chunks, memory) : assemblePlain(bytes, *chunks, owner, memory);
+    Result<Bake> bake = isPacked(bytes) ? assemblePacked(*chunks, memory) : assemble(*chunks, owner, memory);
     if (!bake) return bake;
+    if (const Status status = checkVersion(*bake, bytes); !status) return status.error();
     if (const Status status = checkStructure(*bake, memory); !status) return status.error();
     return bake;
   } catch (const std::bad_alloc& e) {
@@ -313,35 +314,37 @@ Status visitChunks(const std::filesystem::path& path, std::pmr::memory_resource*
 // What ask(chunks, bytes) gives.
 template <class Ask>
 auto askTable(const std::filesystem::path& path, const Ask& ask)
-    -> Result<std::invoke_result_t<Ask, std::span<const Chunk>, std::span<const std::byte>>> {
+    -> Result<std::invoke_result_t<Ask, std::span<const Chunk>, std::span<const std::byte>>> try {
   std::invoke_result_t<Ask, std::span<const Chunk>, std::span<const std::byte>> answer{};
   const Status status = visitChunks(
       path, std::pmr::new_delete_resource(),
       [&](std::span<const Chunk> chunks, std::span<const std::byte> bytes) { answer = ask(chunks, bytes); });
   if (!status) return status.error();
   return answer;
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
 }
 
 }  // namespace
 
-Result<Bake> readBake(const std::filesystem::path& path, Checksums checksums, std::pmr::memory_resource* memory) {
-  try {
-    memory = memoryOr(memory);
-    // Header and table first: what is no bake is not read into memory.
-    if (const Status status = visitChunks(path, memory, [](auto&&...) {}); !status) return status.error();
-    const Result<FileBytes> file = readFile(path, std::numeric_limits<std::size_t>::max(), memory);
-    if (!file) return file.error();
-    return named(path, parseBake(file->bytes, file->owner, checksums, memory));
-  } catch (const std::bad_alloc& e) {
-    return outOfMemory(e);
-  }
+Result<Bake> readBake(const std::filesystem::path& path, Checksums checksums, std::pmr::memory_resource* memory) try {
+  memory = memoryOr(memory);
+  // Header and table first: what is no bake is not read into memory.
+  if (const Status status = visitChunks(path, memory, [](auto&&...) {}); !status) return status.error();
+  const Result<FileBytes> file = readFile(path, std::numeric_limits<std::size_t>::max(), memory);
+  if (!file) return file.error();
+  return named(path, parseBake(file->bytes, file->owner, checksums, memory));
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
 }
 
-Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums, std::pmr::memory_resource* memory) {
+Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums, std::pmr::memory_resource* memory) try {
   if (const Status status = checkMagic(path); !status) return status.error();
   const Result<FileBytes> file = mapFile(path, memoryOr(memory));
   if (!file) return file.error();
   return named(path, parseBake(file->bytes, file->owner, checksums, memory));
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
 }
 
 Result<std::uint64_t> identifyBakeFile(const std::filesystem::path& path) {

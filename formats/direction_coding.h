@@ -27,7 +27,7 @@ inline constexpr std::size_t kCodedShapeBytes = 3;
 std::vector<std::byte> encodeDirections(const LinkEnds& ends, std::span<const std::byte> shapes);
 
 // The opposite. coded: kCodedShapeBytes for each shape that there is room for. False: bits beyond a coordinate's, which
-// no encoder writes. What it needs meanwhile, 12 bytes a node, is from `memory` [not null]; throws std::bad_alloc.
+// no encoder writes. What it needs meanwhile, 16 bytes a node, is from `memory` [not null]; throws std::bad_alloc.
 bool decodeDirections(const LinkEnds& ends, std::span<const std::byte> coded, std::span<std::byte> shapes,
                       std::pmr::memory_resource* memory);
 

@@ -173,9 +173,12 @@ Result<UnpackedChunks> unpackChunks(std::span<const Chunk> packed, std::pmr::mem
   std::size_t blockCount = 0;
   std::uint64_t leaves = 0;
   for (const Chunk& chunk : packed) {
-    if (chunk.info.coding == kCountedLeaves && chunk.info.shape[0] != leaves)
-      return invalidChunk(chunk, "has " + std::to_string(chunk.info.shape[0]) + " rows, and the tree before it " +
-                                     std::to_string(leaves) + " leaves");
+    if (chunk.info.coding == kCountedLeaves) {
+      if (chunk.info.shape[0] != leaves)
+        return invalidChunk(chunk, "has " + std::to_string(chunk.info.shape[0]) + " rows, and the tree before it " +
+                                       std::to_string(leaves) + " leaves");
+      leaves = 0;  // of one chunk: what takes no room in the file must not be there many times
+    }
     if (chunk.info.coding == kCountedChildren) leaves = (chunk.info.shape[0] + 1) / 2;
     blockCount += (plainBytes(chunk.info) + sizeof(AlignedBlock) - 1) / sizeof(AlignedBlock);
   }

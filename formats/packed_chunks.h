@@ -44,7 +44,8 @@ struct UnpackedChunks {
 };
 
 // The opposite, for chunks that readChunks() found in a packed bake. invalidFile: names the chunk and what is wrong.
-// All memory, at most the file's own size and four bytes a sender, is from `memory` [not null]; throws std::bad_alloc.
+// All memory, at most the file's own size and four bytes a sender, and 16 bytes a node meanwhile, is from `memory` [not
+// null]; throws std::bad_alloc.
 Result<UnpackedChunks> unpackChunks(std::span<const Chunk> packed, std::pmr::memory_resource* memory);
 
 }  // namespace relume

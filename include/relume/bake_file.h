@@ -55,8 +55,7 @@ Result<Bake> mapBake(const std::filesystem::path& path, Checksums checksums = Ch
                      std::pmr::memory_resource* memory = nullptr);
 
 // From bytes that `owner` keeps alive: for games with an own file system. Nothing is copied, but of packed files, whose
-// bytes are not needed any more. usage: the bytes are not
-// aligned to 8.
+// bytes are not needed any more. usage: the bytes are not aligned to 8.
 Result<Bake> parseBake(std::span<const std::byte> bytes, const std::shared_ptr<const void>& owner,
                        Checksums checksums = Checksums::verify, std::pmr::memory_resource* memory = nullptr);
 

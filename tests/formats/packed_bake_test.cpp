@@ -193,6 +193,8 @@ TEST(PackedBake, damageIsRefusedByName) {
       {"header: reserved bytes are not zero", [](Bytes& f) { putAt<std::uint64_t>(f, 48, 1); }},
       {"header: reserved bytes are not zero", [](Bytes& f) { putAt<std::uint32_t>(f, 8, 3); }},
       {"reserved bytes are not zero", [](Bytes& f) { putAt<std::uint32_t>(f, 8, 3), putAt<std::uint64_t>(f, 40, 0); }},
+      {"header format version: expected 5, of a packed bake without a certificate, found 7",
+       [](Bytes& f) { putAt<std::uint32_t>(f, 8, 7); }},
       {"format version 8, this program reads versions 3 to 7", [](Bytes& f) { putAt<std::uint32_t>(f, 8, 8); }},
   };
   for (const Case& damage : list) {
@@ -201,6 +203,41 @@ TEST(PackedBake, damageIsRefusedByName) {
     reseal(file);
     EXPECT_NE(errorOf(file).find(damage.expected), std::string::npos) << damage.expected << " | " << errorOf(file);
   }
+}
+
+// Counts what is asked of it.
+class CountedMemory final : public std::pmr::memory_resource {
+ public:
+  std::size_t bytes = 0;
+
+ private:
+  void* do_allocate(std::size_t size, std::size_t alignment) override {
+    bytes += size;
+    return std::pmr::new_delete_resource()->allocate(size, alignment);
+  }
+  void do_deallocate(void* block, std::size_t size, std::size_t alignment) override {
+    std::pmr::new_delete_resource()->deallocate(block, size, alignment);
+  }
+  bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
+};
+
+// A chunk of leaves takes no room in the file: a tree has one, so that a small file is not a large bake.
+TEST(PackedBake, leavesAreUnpackedOnce) {
+  const std::vector<std::uint32_t> child(20001, 0);
+  std::vector<Chunk> chunks{{{"node.child", ElementType::u32, kCountedChildren, {child.size(), 1}, 0, 0, 0},
+                             std::as_bytes(std::span(child))}};
+  for (char c = 'a'; c <= 'z'; ++c) {
+    chunks.push_back(
+        {{std::string("leaf.") + c, ElementType::u32, kCountedLeaves, {(child.size() + 1) / 2, 1}, 0, 0, 0}, {}});
+  }
+  const Bytes file = joinChunks(chunks, kOldestPackedFormatVersion, kBakeFileType, 42);
+  CountedMemory memory;
+  const Result<Bake> bake = parseBake(file, nullptr, Checksums::verify, &memory);
+  ASSERT_FALSE(bake);
+  EXPECT_NE(bake.error().message.find("chunk leaf.b: has 10001 rows, and the tree before it 0 leaves"),
+            std::string::npos)
+      << bake.error().message;
+  EXPECT_LT(memory.bytes, 2 * file.size());
 }
 
 TEST(PackedBake, aFileOfGzipIsToldFromOtherFiles) {
