@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The 3xx and 5xx checks: weights and groups of the hierarchy, links as cuts. The bake is safe to index (1xx found
-// nothing).
+// nothing). Whether the numbers of links are any is checkNumbers()'s.
 #include "formats/compact_links.h"
 #include "formats/decimal.h"
 #include "formats/findings.h"
@@ -122,28 +122,25 @@ void checkCut(const Bake& bake, const LeafRanges& ranges, std::span<const std::u
   }
 }
 
-// Check one cone link; returns its transfer f.
+// Check the direction of one cone link; returns its transfer f.
 float checkCone(const ConeLink& link, std::uint64_t index, Findings& findings) {
   const float transfer = unpackHalf(link.transfer), cosAlpha = unpackHalf(link.cosAlpha);
-  if (!(std::isfinite(transfer) && transfer >= 0.0f))
-    findings.add(Check::linkTransfer, At{"link.cone", index}, "finite, >= 0", transfer);
-  if (!(cosAlpha >= -1.0f && cosAlpha <= 1.0f))
-    findings.add(Check::linkCosAlpha, At{"link.cone", index}, "-1..1", cosAlpha);
   // Only light from all around has no mean direction.
   if (link.direction == kNoDirection && transfer > 0.0f && cosAlpha > -0.9f)
     findings.add(Check::linkDirection, At{"link.cone", index}, "a direction", "none");
   return transfer;
 }
 
-float checkSh(const Links& l, std::size_t index, Findings& findings) {
-  const std::size_t size = std::size_t{l.bands} * l.bands;
-  for (std::size_t i = index * size; i < (index + 1) * size; ++i) {
-    if (!std::isfinite(unpackHalf(l.shCoefficients[i])))
-      findings.add(Check::linkCoefficient, At{"link.sh", i}, "finite", unpackHalf(l.shCoefficients[i]));
+// Transfer f of a link of any kind; of cones the direction is checked as well.
+float transferOf(const Links& l, std::uint32_t index, Findings& findings) {
+  switch (l.kind) {
+    case LinkKind::sh:
+      return unpackHalf(l.shCoefficients[std::size_t{l.bands} * l.bands * index]);
+    case LinkKind::cone:
+      return checkCone(l.cone[index], index, findings);
+    default:
+      return unpackTransfer(l.head[index] >> 20);
   }
-  const float transfer = unpackHalf(l.shCoefficients[index * size]);
-  if (!(transfer >= 0.0f)) findings.add(Check::linkTransfer, At{"link.sh", index * size}, ">= 0", transfer);
-  return transfer;
 }
 
 // f = y_0 * solid angle / pi (include/relume/links.h): a full sphere sums to 4 y_0, a hemisphere to half of it. Solid
@@ -177,12 +174,7 @@ void checkLinks(const Bake& bake, Findings& findings) {
     double transfer = 0.0;
     for (std::uint32_t i = l.rowBegin[cache]; i < l.rowBegin[cache + 1]; ++i) {
       nodes.push_back(l.node(i));
-      if (linkHasHead(l.kind)) {
-        // All codes of heads and of octahedral shapes are good.
-        transfer += unpackTransfer(l.head[i] >> 20);
-      } else {
-        transfer += l.kind == LinkKind::sh ? checkSh(l, i, findings) : checkCone(l.cone[i], i, findings);
-      }
+      transfer += transferOf(l, i, findings);
     }
     if (nodes.empty()) findings.add(Check::cacheWithoutLinks, "cache " + std::to_string(cache), "at least 1", 0);
     checkCut(bake, ranges, nodes, cache, byLeaf, findings);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The checks of the numbers that light is computed with (of 2xx, 3xx and 4xx), and the other 2xx and 4xx checks:
+// The checks of the numbers that light is computed with (of 2xx to 5xx), and the other 2xx and 4xx checks:
 // surfels, caches and light map. The bake is safe to index (1xx found nothing).
 #include "formats/findings.h"
 #include "formats/limits.h"
@@ -77,20 +77,23 @@ void checkOccurrences(const Bake& bake, Findings& findings) {
   }
 }
 
-void checkParts(const Lightmap& map, Findings& findings) {
-  // Parts take disjoint ranges of corners.
+// Whether parts take disjoint ranges of corners.
+bool checkParts(const Lightmap& map, Findings& findings) {
   std::vector<std::size_t> order(map.parts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return map.parts[a].firstCorner < map.parts[b].firstCorner; });
   std::uint64_t end = 0;
+  bool disjoint = true;
   for (const std::size_t i : order) {
     const LightmapPart& part = map.parts[i];
     if (part.triangleCount == 0) continue;
+    disjoint = disjoint && part.firstCorner >= end;
     if (part.firstCorner < end)
       findings.add(Check::partsOverlap, At{"map.part", i}, "at least " + std::to_string(end), part.firstCorner);
     end = std::max<std::uint64_t>(end, part.firstCorner + std::uint64_t{3} * part.triangleCount);
   }
+  return disjoint;
 }
 
 // The corners of one side, cornerUv or backCornerUv.
@@ -141,10 +144,36 @@ void checkExtent(const Bake& bake, Findings& findings) {
                  area);
 }
 
+// Halves by their bits, which are looked at without unpacking: 0 and above, minus 0 among them; within -1 to 1; finite.
+bool isShareHalf(std::uint16_t half) { return half < 0x7C00u || half == 0x8000u; }
+bool isCosineHalf(std::uint16_t half) { return (half & 0x7FFFu) <= 0x3C00u; }
+bool isFiniteHalf(std::uint16_t half) { return (half & 0x7C00u) != 0x7C00u; }
+
+// Links that have a head hold codes, all of which are good.
+void checkLinkNumbers(const Links& l, Findings& findings) {
+  for (std::size_t i = 0; i < l.cone.size(); ++i) {
+    if (!isShareHalf(l.cone[i].transfer))
+      findings.add(Check::linkTransfer, At{"link.cone", i}, "finite, >= 0", unpackHalf(l.cone[i].transfer));
+    if (!isCosineHalf(l.cone[i].cosAlpha))
+      findings.add(Check::linkCosAlpha, At{"link.cone", i}, "-1..1", unpackHalf(l.cone[i].cosAlpha));
+  }
+  const std::size_t stride = std::size_t{l.bands} * l.bands;
+  for (std::size_t i = 0; i < l.shCoefficients.size(); i += stride) {
+    if (!isShareHalf(l.shCoefficients[i]))
+      findings.add(Check::linkTransfer, At{"link.sh", i}, "finite, >= 0", unpackHalf(l.shCoefficients[i]));
+  }
+  for (std::size_t i = 0; i < l.shCoefficients.size(); ++i) {
+    if (!isFiniteHalf(l.shCoefficients[i]))
+      findings.add(Check::linkCoefficient, At{"link.sh", i}, "finite", unpackHalf(l.shCoefficients[i]));
+  }
+}
+
 }  // namespace
 
 void checkNumbers(const Bake& bake, Findings& findings) {
   const Surfels& s = bake.surfels;
+  if (s.count() > 0 && !(std::isfinite(s.areaEach) && s.areaEach > 0.0f))
+    findings.add(Check::surfelArea, "scalars, surfel area", "above 0", s.areaEach);
   checkEach(s.normal, "surfel.normal", Check::surfelNormal, "length 1", isUnit, findings);
   checkEach(
       s.albedo, "surfel.albedo", Check::surfelAlbedo, "0..1",
@@ -167,12 +196,11 @@ void checkNumbers(const Bake& bake, Findings& findings) {
   checkEach(
       bake.caches.normal, "cache.normal", Check::cacheNormal, "length 1 or 0",
       [](const glm::vec3& v) { return isUnit(v) || isZero(v); }, findings);
+  checkLinkNumbers(bake.links, findings);
 }
 
 void checkSurfels(const Bake& bake, Findings& findings) {
   const Surfels& s = bake.surfels;
-  if (s.count() > 0 && !(std::isfinite(s.areaEach) && s.areaEach > 0.0f))
-    findings.add(Check::surfelArea, "scalars, surfel area", "above 0", s.areaEach);
   checkExtent(bake, findings);
   for (std::size_t i = 0; i < s.receiver.size() && !bake.caches.lightmap.cache.empty(); ++i) {
     if (s.receiver[i] != kGridReceiver && readsUnfilled(bake.caches.lightmap, unpackUnorm16x2(s.receiver[i])))
@@ -208,8 +236,9 @@ void checkCaches(const Bake& bake, Findings& findings) {
   for (std::size_t i = 0; i < used.size(); ++i) {
     if (!used[i]) findings.add(Check::cacheUnused, "cache " + std::to_string(i), "a grid point or texel", "none");
   }
-  checkParts(c.lightmap, findings);
   checkOccurrences(bake, findings);
+  // Parts that share corners could have any multiple of the triangles that a file has room for.
+  if (!checkParts(c.lightmap, findings)) return;
   checkTriangles(c.lightmap, c.lightmap.cornerUv, "map.corner", findings);
   checkTriangles(c.lightmap, c.lightmap.backCornerUv, "map.back", findings);
 }

@@ -56,10 +56,10 @@ struct At {
 };
 
 void checkStructureInto(const Bake& bake, Findings& findings, std::pmr::memory_resource* memory);  // 1xx
-void checkNumbers(const Bake& bake, Findings& findings);    // the numbers that light is computed with, of 2xx to 4xx
+void checkNumbers(const Bake& bake, Findings& findings);    // the numbers that light is computed with, of 2xx to 5xx
 void checkSurfels(const Bake& bake, Findings& findings);    // the rest of 2xx
 void checkHierarchy(const Bake& bake, Findings& findings);  // the rest of 3xx
 void checkCaches(const Bake& bake, Findings& findings);     // the rest of 4xx
-void checkLinks(const Bake& bake, Findings& findings);      // 5xx
+void checkLinks(const Bake& bake, Findings& findings);      // the rest of 5xx
 
 }  // namespace relume

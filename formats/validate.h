@@ -36,9 +36,9 @@ std::vector<Finding> validateBake(const Bake& bake);
 // std::bad_alloc.
 Status checkStructure(const Bake& bake, std::pmr::memory_resource* memory = std::pmr::new_delete_resource());
 
-// checkStructure(), then the numbers that light is computed with: normals, albedo, emission, directions of the sky,
-// weights of the hierarchy. No frame lit with a bake that passes reads outside an array or computes with a NaN.
-// invalidFile: the first finding. memory: as for checkStructure().
+// checkStructure(), then the numbers that light is computed with: area, normals, albedo, emission, directions of the
+// sky, weights of the hierarchy, links. No frame lit with a bake that passes reads outside an array or computes with a
+// NaN. invalidFile: the first finding. memory: as for checkStructure().
 Status checkBake(const Bake& bake, std::pmr::memory_resource* memory = std::pmr::new_delete_resource());
 
 // Whether a bake's options ask for weights of the hierarchy by area, which are then checked to be those.

@@ -67,7 +67,10 @@ void irradianceMapL1(const PackedCaches& caches, const CacheLight& light, std::s
       caches, parallelFor,
       [&](std::size_t texel, const glm::vec2& uv, const glm::vec3& n) {
         const glm::vec3 aside = std::abs(n.x) < 0.7f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
-        const glm::vec3 t = glm::normalize(glm::cross(aside, n)), b = glm::cross(n, t);
+        // A cache without a normal has no sides.
+        const glm::vec3 across = glm::cross(aside, n);
+        const float sine = glm::length(across);
+        const glm::vec3 t = sine > 0.0f ? across / sine : across, b = glm::cross(n, t);
         const glm::vec3 onAxis = irradianceOnLightmap(caches, light, uv, n, n);
         glm::vec3 mean(0.0f), slopeT(0.0f), slopeB(0.0f);
         for (const glm::vec2& a : ring) {

@@ -206,9 +206,15 @@ const std::vector<Corruption>& corruptions() {
 
       {Check::linkTransfer, "negative", cone,
        [](Bake& b) { editCone(b, 7, [](ConeLink& l) { l.transfer = packHalf(-0.1f); }); }},
+      {Check::linkTransfer, "nan", cone, [](Bake& b) { editCone(b, 7, [](ConeLink& l) { l.transfer = packHalf(kNan); }); }},
+      {Check::linkTransfer, "infinite", cone,
+       [](Bake& b) { editCone(b, 7, [](ConeLink& l) { l.transfer = packHalf(kInfinity); }); }},
       {Check::linkTransfer, "sh", sh, [](Bake& b) { set(b.links.shCoefficients, 4, packHalf(-0.1f)); }},
       {Check::linkCosAlpha, "above", cone,
        [](Bake& b) { editCone(b, 7, [](ConeLink& l) { l.cosAlpha = packHalf(1.25f); }); }},
+      {Check::linkCosAlpha, "nan", cone, [](Bake& b) { editCone(b, 7, [](ConeLink& l) { l.cosAlpha = packHalf(kNan); }); }},
+      {Check::linkCosAlpha, "below", cone,
+       [](Bake& b) { editCone(b, 7, [](ConeLink& l) { l.cosAlpha = packHalf(-1.25f); }); }},
       {Check::linkDirection, "none", cone,
        [](Bake& b) { editCone(b, 7, [](ConeLink& l) { l.direction = kNoDirection; }); }},
       {Check::linkCoefficient, "infinite", sh, [](Bake& b) { set(b.links.shCoefficients, 5, packHalf(kInfinity)); }},
@@ -276,6 +282,36 @@ TEST(Validate, structureCheckRefusesExactlyTheHundreds) {
       EXPECT_EQ(status.error().code, ErrorCode::invalidFile);
     }
   }
+}
+
+// The relighter looks at numbers that light is computed with, and at no other: what they are is checkBake()'s.
+TEST(Validate, numbersAreThoseThatLightIsComputedWith) {
+  const std::set<Check> numbers = {
+      Check::surfelNormal, Check::surfelAlbedo, Check::surfelEmission, Check::emitterTapWidth, Check::firstWeightRange,
+      Check::skyDirection, Check::cacheNormal,  Check::linkTransfer,   Check::linkCosAlpha,    Check::linkCoefficient};
+  for (const Corruption& corruption : corruptions()) {
+    Bake bake = makeSmallCertifiedBake(corruption.kind);
+    corruption.corrupt(bake);
+    const bool isStructure = static_cast<int>(corruption.check) < 200;
+    const bool isArea = corruption.check == Check::surfelArea && !(bake.surfels.areaEach > 0.0f);
+    EXPECT_EQ(static_cast<bool>(checkBake(bake)), !(isStructure || isArea || numbers.contains(corruption.check)))
+        << static_cast<int>(corruption.check) << ", " << corruption.name;
+  }
+  // Numbers at their bounds are good ones.
+  Bake bake = makeSmallBake(LinkKind::cone);
+  editCone(bake, 7, [](ConeLink& l) { l.cosAlpha = packHalf(-1.0f), l.transfer = packHalf(-0.0f); });
+  editCone(bake, 8, [](ConeLink& l) { l.cosAlpha = packHalf(1.0f), l.transfer = 0x7BFF; });
+  EXPECT_TRUE(checkBake(bake));
+}
+
+// Parts over the same corners could have any multiple of the triangles that a file has room for.
+TEST(Validate, trianglesOfPartsThatOverlapAreNotLookedAt) {
+  Bake bake = makeSmallBake(LinkKind::cone);
+  set(bake.caches.lightmap.cornerUv, 4, kGridLit);
+  EXPECT_TRUE(has(validateBake(bake), Check::cornerMixed));
+  set(bake.caches.lightmap.parts, 1, LightmapPart{0, 0, 0, 1, 5});
+  EXPECT_TRUE(has(validateBake(bake), Check::partsOverlap));
+  EXPECT_FALSE(has(validateBake(bake), Check::cornerMixed));
 }
 
 TEST(Validate, everyMessageHasACorruptionAndIsListedOnce) {

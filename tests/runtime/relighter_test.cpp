@@ -2,6 +2,8 @@
 // The runtime's public door on the CPU backend: analytic light, checks, sharing.
 #include "relume/relighter.h"
 
+#include "formats/pack.h"
+
 #include "tests/runtime/furnace_bake.h"
 #include "tests/runtime/make_relighter.h"
 #include "tests/runtime/synthetic_bake.h"
@@ -399,6 +401,27 @@ TEST(BakeCheck, eachBrokenInvariantIsNamed) {
   expectInvalid([](Bake& b) { change(b.links.shNode, 4, 11u); }, "link.node[4]");
   expectInvalid([](Bake& b) { b.links.bands = 9; }, "link bands");
   expectInvalid([](Bake& b) { b.links.bands = 3; }, "link.sh");
+  // What a frame would compute with.
+  expectInvalid([](Bake& b) { b.surfels.areaEach = std::nanf(""); }, "surfel area");
+  expectInvalid([](Bake& b) { change(b.links.shCoefficients, 5, std::uint16_t{0x7C00}); }, "link.sh[5]");
+  expectInvalid([](Bake& b) { change(b.links.shCoefficients, 5, std::uint16_t{0xFE00}); }, "link.sh[5]");
+}
+
+// Whatever a bake that is taken says of normals: of a texel whose cache has none too.
+TEST(BakeCheck, mapsOfWhatPassesAreFinite) {
+  Bake bake = test::makeSyntheticBake({.surfels = 500});
+  for (std::uint32_t c = bake.caches.firstMapCache(); c < bake.caches.count(); c += 3)
+    change(bake.caches.normal, c, glm::vec3(0.0f));
+  Relighter relighter = makeRelighter(bake);
+  const Light lamp{.kind = LightKind::point, .intensity = glm::vec3(20.0f), .positionWorld = {6, 2, 3}};
+  LightSetup setup;
+  setup.lights = {&lamp, 1};
+  ASSERT_TRUE(relighter.relight(setup));
+  std::vector<std::uint16_t> map(4 * bake.caches.lightmap.cache.size()), l1(4 * map.size());
+  ASSERT_TRUE(relighter.irradianceMap(map));
+  ASSERT_TRUE(relighter.irradianceMapL1(l1));
+  for (const std::uint16_t half : map) ASSERT_TRUE(std::isfinite(unpackHalf(half)));
+  for (const std::uint16_t half : l1) ASSERT_TRUE(std::isfinite(unpackHalf(half)));
 }
 
 }  // namespace
