@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // How large the numbers of a level and of a bake may be. Within these bounds no square of a distance, of an area or of
-// a light's value leaves single precision; the importer, the validator and the runtime refuse what is beyond.
+// a radiance leaves single precision; what a punctual light arrives with is never squared. The importer, the validator
+// and the runtime refuse what is beyond.
 #pragma once
 
 #include <glm/vec3.hpp>

@@ -21,7 +21,8 @@ glm::vec3 directIrradiance(const Light& light, const glm::vec3& positionWorld, c
   if (light.kind == LightKind::directional) return light.intensity * std::max(-glm::dot(light.direction, normal), 0.0f);
   // E = I cos / d², with a window that ends at the range.
   const glm::vec3 toward = light.positionWorld - positionWorld;
-  const float d2 = glm::dot(toward, toward);
+  // Squares of the smallest distances are 0.
+  const float d2 = std::max(glm::dot(toward, toward), 1e-12f);
   const float cosineTimesD = glm::dot(toward, normal);
   if (!(cosineTimesD > 0.0f)) return glm::vec3(0.0f);
   const float d = std::sqrt(d2);

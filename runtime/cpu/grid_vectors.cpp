@@ -4,6 +4,7 @@
 
 #include "formats/sh.h"
 #include "runtime/shared/chunks.h"
+#include "runtime/shared/interpolate.h"
 #include "runtime/shared/receivers.h"
 
 #include <glm/geometric.hpp>
@@ -19,12 +20,14 @@ namespace {
 // Vectors of the zonal band that zonalIrradiance() guesses, half +a; half -a has the opposite. Of zonal coefficient z
 // about d, Int over w_a > 0 of z y_2(w . d) w dw = z sqrt(5 / 16 pi) (3 pi / 2 d_a d - pi / 4 (3 d_a² + 1) e_a).
 glm::vec3 zonalVector(float c0, const glm::vec3& linear, int a) {
-  const float length2 = glm::dot(linear, linear);
-  if (!(c0 > 0.0f) || !(length2 > 0.0f)) return glm::vec3(0.0f);
-  const float length = std::sqrt(length2), ratio = std::min(length / c0, 1.7320508f);
+  // Squares of bright light would overflow: the vector is measured in its largest component.
+  const float largest = std::max({std::abs(linear.x), std::abs(linear.y), std::abs(linear.z)});
+  if (!(c0 > 0.0f) || !(largest > 0.0f)) return glm::vec3(0.0f);
+  const glm::vec3 axis = linear / largest;
+  const float length = glm::length(axis), ratio = std::min(length * (largest / c0), 1.7320508f);
   // zonalIrradiance()'s 0.24770796 is pi / 4 times the root.
   const float scale = 0.24770796f * c0 * (0.9474243f * ratio - 0.35f) * ratio;
-  const glm::vec3 d = linear / length;
+  const glm::vec3 d = axis / length;
   glm::vec3 v = 6.0f * d[a] * d;
   v[a] -= 3.0f * d[a] * d[a] + 1.0f;
   return scale * v;
@@ -44,14 +47,9 @@ void makeCacheVectors(const CacheBands& bands, std::span<const float> c, CacheVe
   if (bands.lumaBands > 1 && bands.chromaBands == 1) {
     if (y[0] > 0.0f) follow = glm::vec2(channel[1][0], channel[2][0]) / y[0];
   } else if (bands.lumaBands > 1 && bands.chromaBands == 2) {
-    const glm::vec3 linear = linearOf(y);
-    const float square = y[0] * y[0] + glm::dot(linear, linear);
-    if (square > 0.0f) {
-      for (int k = 0; k < 2; ++k) {
-        const float* x = channel[static_cast<std::size_t>(k + 1)];
-        follow[k] = (y[0] * x[0] + glm::dot(linear, linearOf(x))) / square;
-      }
-    }
+    FirstBands first;
+    first.add(bands, c.data(), 1.0f);
+    follow = chromaOverLuma(first);
   }
   // Int of y_0 w_a is y_0 pi; of band 1, half of sqrt(4 pi / 3) times the vector.
   constexpr float kConstant = 0.28209479177387814f * std::numbers::pi_v<float>, kLinear = 0.5f * 2.0466534f;

@@ -406,5 +406,20 @@ TEST(LightSurfels, kernelsGiveTheIrradianceOfEveryLight) {
   }
 }
 
+// However near a light is: hosts that bring their shadows get what the kernels give.
+TEST(DirectLight, staysFiniteWhereSquaresOfDistancesVanish) {
+  const glm::vec3 up(0, 1, 0);
+  for (const LightKind kind : {LightKind::point, LightKind::spot}) {
+    for (const float distance : {1e-38f, 1e-30f, 1e-23f, 1e-20f, 1e-10f, 1e-6f, 1e-4f}) {
+      const Light light{
+          .kind = kind, .intensity = {1e20f, 0, 1}, .positionWorld = {0, distance, 0}, .outerConeRad = 3.0f};
+      const glm::vec3 e = directIrradiance(light, glm::vec3(0.0f), up);
+      EXPECT_TRUE(e.x >= 0.0f && e.x <= 1.001e28f) << distance << ": " << e.x;
+      EXPECT_EQ(e.y, 0.0f) << distance;
+      EXPECT_TRUE(e.z >= 0.0f && e.z <= 1.001e8f) << distance << ": " << e.z;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace relume

@@ -397,6 +397,44 @@ TEST(MovingParts, refusesPartsThatItCannotPlace) {
   EXPECT_FALSE(Relighter::create(bake, withParts(257)));
 }
 
+// A part's light is not packed, so that a lamp as bright as they may be, close to it, goes on into the caches.
+TEST(MovingParts, theBrightestLampStaysFinite) {
+  const Bake bake = room(LinkKind::oct6, 16);
+  const test::Ball ball(0.5f, 16);
+  const MovingShapes shapes = shapesOf(ball, glm::vec3(1.0f, 0.5f, 0.0f));
+  const std::vector<MovingPart> parts{at(kMiddle), at(kMiddle + glm::vec3(2, 0, 0))};
+  std::vector<Light> lamps;
+  for (int k = 0; k < 8; ++k)
+    lamps.push_back(
+        {.intensity = glm::vec3(1e20f), .positionWorld = kMiddle + glm::vec3(0.0f, 0.5f + 0.05f * k, 0.0f)});
+  for (const int chroma : {1, 2, 3, 4}) {
+    for (const int luma : {2, 4}) {
+      if (chroma > luma) continue;
+      RelightOptions options = withParts();
+      options.lumaBands = luma;
+      options.chromaBands = chroma;
+      options.gridTexture = true;
+      options.gridTrust = 1.0f;
+      Relighter relighter = test::makeRelighter(bake, options);
+      LightSetup setup;
+      setup.lights = lamps;
+      setup.movingShapes = &shapes;
+      setup.movingParts = parts;
+      for (int frame = 0; frame < 3; ++frame) ASSERT_TRUE(relighter.relight(setup));
+      for (const float c : relighter.cacheCoefficients()) ASSERT_TRUE(std::isfinite(c));
+      for (const GridLookup lookup : {GridLookup::stencil, GridLookup::texture, GridLookup::smooth}) {
+        for (float x = 0.3f; x < 12.0f; x += 0.7f) {
+          for (const glm::vec3& normal : {glm::vec3(0, 1, 0), glm::vec3(0.6f, 0, -0.8f)}) {
+            const glm::vec3 e = relighter.irradianceInGrid({x, 2.0f, 3.0f}, normal, lookup);
+            ASSERT_TRUE(std::isfinite(e.x) && std::isfinite(e.y) && std::isfinite(e.z)) << luma << " " << chroma;
+            ASSERT_TRUE(e.x >= 0.0f && e.y >= 0.0f && e.z >= 0.0f);
+          }
+        }
+      }
+    }
+  }
+}
+
 TEST(MovingShapes, refusesMeshesByName) {
   const test::Ball ball(0.5f, 16);
   const glm::vec3 grey(0.5f), bright(1.5f), nan(std::numeric_limits<float>::quiet_NaN());
