@@ -3,6 +3,7 @@
 #include "relume/edit_blend.h"
 
 #include "formats/limits.h"
+#include "formats/memory.h"
 #include "runtime/shared/shader_text.h"
 
 #include <glm/common.hpp>
@@ -12,6 +13,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <utility>
 
 namespace relume {
@@ -57,7 +59,7 @@ std::vector<EditBounds> fewBoxes(std::span<const EditBounds> all) {
 
 }  // namespace
 
-Result<EditBlend> EditBlend::create(std::span<const EditBounds> changed, const EditBlendOptions& options) {
+Result<EditBlend> EditBlend::create(std::span<const EditBounds> changed, const EditBlendOptions& options) try {
   const std::array<std::pair<const char*, float>, 3> lengths{
       {{"reach", options.reach}, {"fade", options.fade}, {"voxel", options.voxel}}};
   if (options.voxel == 0.0f) return editError("voxel is 0 m, the edge of a voxel of the live light expected");
@@ -79,6 +81,8 @@ Result<EditBlend> EditBlend::create(std::span<const EditBounds> changed, const E
     blend.boxes_.emplace_back(box.max, 1.0f / fade);
   }
   return blend;
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
 }
 
 EditShare EditBlend::share(const glm::vec3& positionWorld) const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Skies and convergence: see relighter.h.
 #include "formats/equirectangular.h"
+#include "formats/memory.h"
 #include "formats/sh.h"
 #include "relume/relighter.h"
 
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <new>
 #include <numbers>
 
 namespace relume {
@@ -85,7 +87,7 @@ std::vector<glm::vec3> shSky(std::span<const glm::vec3> skyDirection, std::span<
   return radiance;
 }
 
-Result<int> relightUntilConverged(Relighter& relighter, const LightSetup& setup, float tolerance, int maxFrames) {
+Result<int> relightUntilConverged(Relighter& relighter, const LightSetup& setup, float tolerance, int maxFrames) try {
   std::vector<float> last;
   for (int frame = 1; frame <= maxFrames; ++frame) {
     if (Status ok = relighter.relight(setup); !ok) return ok.error();
@@ -99,6 +101,8 @@ Result<int> relightUntilConverged(Relighter& relighter, const LightSetup& setup,
     last = std::move(now);
   }
   return maxFrames;
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
 }
 
 }  // namespace relume

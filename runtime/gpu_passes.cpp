@@ -82,7 +82,7 @@ Result<std::string> resolveText(const CacheBands& bands, bool gridTexture) {
 
 }  // namespace
 
-Result<std::string> gpuResolveGlsl(const RelightOptions& options, LinkKind kind) {
+Result<std::string> gpuResolveGlsl(const RelightOptions& options, LinkKind kind) try {
   if (options.chromaBands < 1 || options.chromaBands > options.lumaBands || options.lumaBands > kMaxBands) {
     return usageError("lumaBands is " + std::to_string(options.lumaBands) + " and chromaBands " +
                       std::to_string(options.chromaBands) + ", expected 1 to " + std::to_string(kMaxBands) +
@@ -90,11 +90,15 @@ Result<std::string> gpuResolveGlsl(const RelightOptions& options, LinkKind kind)
   }
   return resolveText({options.lumaBands, options.chromaBands, kind == LinkKind::irradiance, options.glossy},
                      options.gridTexture);
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
 }
 
-Result<std::string> gpuSurfelGlsl() {
+Result<std::string> gpuSurfelGlsl() try {
   const std::pair<std::string, std::string> define = kForVulkan;
   return expandShader("surfels.glsl", {&define, 1});
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
 }
 
 GpuPasses::GpuPasses(std::unique_ptr<State, Destroy> state) : state_(std::move(state)) {}
@@ -168,12 +172,14 @@ std::span<const GpuImage> GpuPasses::images() const { return state_->plan->image
 std::span<const GpuProgram> GpuPasses::programs() const { return state_->programs; }
 std::span<const GpuBindingSet> GpuPasses::bindingSets() const { return state_->plan->bindingSets(); }
 
-Result<std::string> GpuPasses::programGlsl(std::size_t i) const {
+Result<std::string> GpuPasses::programGlsl(std::size_t i) const try {
   if (i >= state_->programs.size()) {
     return Error{ErrorCode::failed,
                  "there is no program " + std::to_string(i) + ", there are " + std::to_string(state_->programs.size())};
   }
   return gpu::vulkanGlsl(state_->plan->programs()[i]);
+} catch (const std::bad_alloc& e) {
+  return outOfMemory(e);
 }
 
 void GpuPasses::forgetContents() { state_->plan->forgetContents(); }

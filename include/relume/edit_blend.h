@@ -55,7 +55,7 @@ inline constexpr EditShare kEditedPart{1.0f, 1.0f};
 class EditBlend {
  public:
   // Boxes beyond kMaxEditBoxes are joined, those first that grow least. usage: a box that is not finite, within 1e8 m
-  // and right side out, named by its index; an option out of its range.
+  // and right side out, named by its index; an option out of its range. memory: it ran out.
   static Result<EditBlend> create(std::span<const EditBounds> changed, const EditBlendOptions& options = {});
   EditBlend() = default;  // nothing has changed
 

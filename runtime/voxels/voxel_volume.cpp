@@ -162,7 +162,7 @@ Status VoxelVolume::lightDirectly(const LightSetup& setup) {
   if (Status ok = checkSetup(punctual, 0, 0); !ok) return ok;
   Stopwatch watch;
   try {
-    std::pmr::vector<Light> lights;
+    std::pmr::vector<Light> lights(std::pmr::new_delete_resource());
     normaliseLights(setup.lights, lights);
     const DirectLight direct(*this, setup, lights);
     forChunks(parallelFor_, sideCount(), kSides,

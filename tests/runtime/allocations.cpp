@@ -12,6 +12,7 @@ namespace relume::test {
 
 std::size_t allocations() { return 0; }
 bool countsAllocations() { return false; }
+bool refuseAllocation(std::size_t) { return false; }
 std::size_t largestAllocation() { return 0; }
 void forgetLargest() {}
 void refuseAllocationsFrom(std::size_t) {}
@@ -22,10 +23,11 @@ void refuseAllocationsFrom(std::size_t) {}
 
 namespace {
 
-std::atomic<std::size_t> count{0}, largest{0}, refusedFrom{0};
+std::atomic<std::size_t> count{0}, largest{0}, refusedFrom{0};  // refusedFrom: [bytes] 0 = none
+std::atomic<std::size_t> refused{0};                            // that number of `count`; 0 = none
 
 void* counted(std::size_t size, std::size_t alignment) {
-  ++count;
+  if (++count == refused) throw std::bad_alloc();
   if (const std::size_t least = refusedFrom; least > 0 && size >= least) throw std::bad_alloc();
   for (std::size_t before = largest; size > before && !largest.compare_exchange_weak(before, size);) {
   }
@@ -59,6 +61,10 @@ namespace relume::test {
 
 std::size_t allocations() { return count; }
 bool countsAllocations() { return true; }
+bool refuseAllocation(std::size_t n) {
+  const std::size_t last = refused.exchange(n == 0 ? 0 : count + n);
+  return last != 0 && count >= last;
+}
 std::size_t largestAllocation() { return largest; }
 void forgetLargest() { largest = 0; }
 void refuseAllocationsFrom(std::size_t bytes) { refusedFrom = bytes; }

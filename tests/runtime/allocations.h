@@ -9,6 +9,9 @@ namespace relume::test {
 
 std::size_t allocations();
 bool countsAllocations();
+// Let the n-th allocation from here on, counted from 1, end in std::bad_alloc; 0 = none. Returns whether the last one
+// asked for has been refused.
+bool refuseAllocation(std::size_t n);
 // [byte] the largest since forgetLargest().
 std::size_t largestAllocation();
 void forgetLargest();

@@ -3,9 +3,13 @@
 // error comes of it, nothing is lost, and light stays as it was.
 #include "formats/memory.h"
 #include "relume/bake_file.h"
+#include "relume/edit_blend.h"
+#include "relume/gpu_passes.h"
+#include "relume/live_light.h"
 #include "relume/relighter.h"
 #include "tests/runtime/allocations.h"
 #include "tests/runtime/hot_reload.h"
+#include "tests/runtime/make_relighter.h"
 #include "tests/runtime/some_lights.h"
 #include "tests/runtime/synthetic_bake.h"
 #include "tests/runtime/tracking_memory.h"
@@ -14,8 +18,11 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace relume {
@@ -248,6 +255,68 @@ TEST(Memory, anyRequestOfAReaderMayBeRefused) {
     EXPECT_EQ(memory.mistakes(), 0u);
   }
   std::filesystem::remove(path);
+}
+
+// The error of a call that ends in a Result.
+template <class T>
+std::optional<ErrorCode> codeOf(const Result<T>& result) {
+  return result ? std::nullopt : std::optional(result.error().code);
+}
+
+// What takes operator new, whatever resource it is given, throws nothing where that has no memory.
+TEST(Memory, anyRequestOfOperatorNewMayBeRefused) {
+  if (!test::countsAllocations()) GTEST_SKIP() << "sanitizers have an operator new of their own";
+  const Bake bake = makeLevel(LinkKind::oct6);
+  const std::filesystem::path path = std::filesystem::path(::testing::TempDir()) / "relume_refused_new.relume";
+  ASSERT_TRUE(writeBake(bake, path));
+  Relighter relighter = test::makeRelighter(bake);
+  const std::vector<EditBounds> boxes(40, EditBounds{{0, 0, 0}, {1, 1, 1}});
+  RelightOptions bands;
+  bands.lumaBands = bands.chromaBands = 2;
+  const std::pair<const char*, std::function<std::optional<ErrorCode>()>> calls[] = {
+      {"serializeBake", [&] { return codeOf(serializeBake(bake)); }},
+      {"serializePackedBake", [&] { return codeOf(serializePackedBake(bake, 1)); }},
+      {"mapBake", [&] { return codeOf(mapBake(path)); }},
+      {"readBake", [&] { return codeOf(readBake(path)); }},
+      {"identifyBakeFile", [&] { return codeOf(identifyBakeFile(path)); }},
+      {"relightUntilConverged", [&] { return codeOf(relightUntilConverged(relighter, {}, 1e-4f, 2)); }},
+      {"EditBlend::create", [&] { return codeOf(EditBlend::create(boxes)); }},
+      {"gpuResolveGlsl", [&] { return codeOf(gpuResolveGlsl(bands, LinkKind::oct6)); }},
+      {"gpuSurfelGlsl", [&] { return codeOf(gpuSurfelGlsl()); }},
+  };
+  for (const auto& [name, call] : calls) {
+    std::size_t n = 1;
+    for (bool refused = true; refused; ++n) {
+      test::refuseAllocation(n);
+      std::optional<ErrorCode> code;
+      EXPECT_NO_THROW(code = call()) << name << ", request " << n;
+      refused = test::refuseAllocation(0);
+      // What can be done without memory may be done.
+      EXPECT_EQ(code.value_or(ErrorCode::memory), ErrorCode::memory) << name << ", request " << n;
+      if (HasFailure()) return;
+    }
+    EXPECT_GT(n, 2u) << name;
+  }
+  std::filesystem::remove(path);
+}
+
+// Light without a bake asks std::pmr's default resource for nothing either.
+TEST(Memory, lightWithoutABakeTakesOperatorNew) {
+  const std::vector<glm::vec3> position{{0, 0, 0}, {4, 0, 0}, {4, 0, 4}, {0, 0, 4}};
+  const std::vector<glm::uvec3> triangle{{0, 2, 1}, {0, 3, 2}};
+  const std::vector<std::uint32_t> surface(2, 0);
+  const VoxelSurface white;
+  const VoxelMesh floor{position, triangle, surface};
+  const VoxelPart part;
+  LiveLightOptions options;
+  options.boxMax = {4, 2, 4};
+  Result<LiveLight> live = LiveLight::create({{&white, 1}, {&floor, 1}, {&part, 1}}, options);
+  ASSERT_TRUE(live) << live.error().message;
+  const Light lamp{.kind = LightKind::point, .intensity = glm::vec3(9.0f), .positionWorld = {2, 1, 2}};
+  LightSetup setup;
+  setup.lights = {&lamp, 1};
+  const Status lit = live->update(setup, {});
+  EXPECT_TRUE(lit) << lit.error().message;
 }
 
 TEST(Memory, errorsOfARelighterNameTheSize) {
