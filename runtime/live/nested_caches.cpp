@@ -86,7 +86,8 @@ void NestedCaches::reset() {
 NestedStencil nestedStencil(std::span<const VolumeCaches> caches, const glm::vec3& positionWorld,
                             const glm::vec3& normal) {
   NestedStencil found;
-  if (!isWithin(positionWorld, kMaxCoordinate)) return found;
+  // Of the sky as well, which has no stencil that looks.
+  if (!isWithin(positionWorld, kMaxCoordinate) || !(glm::dot(normal, normal) < 4.0f)) return found;
   const VolumeGrid& outermost = caches.front().cells->grid;
   float rest = 1.0f;
   for (std::size_t level = caches.size(); level-- > 0 && rest > 0.0f;) {

@@ -2,6 +2,7 @@
 // See nested_volumes.h.
 #include "runtime/voxels/nested_volumes.h"
 
+#include "formats/decimal.h"
 #include "formats/limits.h"
 #include "runtime/voxels/check_geometry.h"
 #include "runtime/voxels/radiance_along.h"
@@ -19,7 +20,7 @@ Error nestedError(const std::string& what) { return {ErrorCode::usage, "voxels: 
 
 Status checkEye(const glm::vec3& eyeWorld) {
   if (isWithin(eyeWorld, kMaxCoordinate)) return done();
-  return nestedError("the eye has a coordinate beyond 1e6 m, or one that is not finite");
+  return nestedError("the eye has a coordinate beyond " + decimal(kMaxCoordinate) + " m, or one that is not finite");
 }
 
 // The grid of a volume that lies in another, of cells half as large: as many along each axis, or all that there are.

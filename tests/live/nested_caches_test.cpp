@@ -203,6 +203,11 @@ TEST(NestedCaches, aBoxThatFollowsTheEyeFadesIntoTheSky) {
     ASSERT_TRUE(light->update({}, frame));
   }
   EXPECT_NEAR(light->irradiance({30, 0, 0.5f}, {0, 1, 0}).x, kPi, 0.01f * kPi) << "beyond it";
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
+  for (const glm::vec3& normal : {glm::vec3(kNan, 0, 1), glm::vec3(0, kInfinity, 0), glm::vec3(0, 0, -3e38f)}) {
+    for (const float x : {30.0f, -10.0f, -6.5f})
+      EXPECT_EQ(light->irradiance({x, 0, 0.5f}, normal), glm::vec3(0.0f)) << x;
+  }
   float before = light->irradiance({-20, 0, 0.5f}, {0, 1, 0}).x, darkest = before;
   for (float x = -20.0f; x < 5.0f; x += 0.02f) {
     const float e = light->irradiance({x, 0, 0.5f}, {0, 1, 0}).x;
