@@ -149,6 +149,28 @@ bool isShareHalf(std::uint16_t half) { return half < 0x7C00u || half == 0x8000u;
 bool isCosineHalf(std::uint16_t half) { return (half & 0x7FFFu) <= 0x3C00u; }
 bool isFiniteHalf(std::uint16_t half) { return (half & 0x7C00u) != 0x7C00u; }
 
+// A block of links at a time: there are tens of millions of numbers, and compilers look at many at once where nothing
+// depends on a single one.
+void checkCoefficients(const Links& l, Findings& findings) {
+  constexpr std::size_t kBlock = 256;
+  const std::size_t stride = std::size_t{l.bands} * l.bands;
+  const std::span<const std::uint16_t> all = l.shCoefficients;
+  for (std::size_t begin = 0; begin < all.size(); begin += kBlock * stride) {
+    const auto block = all.subspan(begin, std::min(kBlock * stride, all.size() - begin));
+    std::int16_t largestExponent = 0;
+    for (const std::uint16_t half : block)
+      largestExponent = std::max(largestExponent, static_cast<std::int16_t>(half & 0x7C00u));
+    for (std::size_t i = 0; i < block.size() && largestExponent == 0x7C00; ++i) {
+      if (!isFiniteHalf(block[i]))
+        findings.add(Check::linkCoefficient, At{"link.sh", begin + i}, "finite", unpackHalf(block[i]));
+    }
+    for (std::size_t i = 0; i < block.size(); i += stride) {
+      if (!isShareHalf(block[i]))
+        findings.add(Check::linkTransfer, At{"link.sh", begin + i}, "finite, >= 0", unpackHalf(block[i]));
+    }
+  }
+}
+
 // Links that have a head hold codes, all of which are good.
 void checkLinkNumbers(const Links& l, Findings& findings) {
   for (std::size_t i = 0; i < l.cone.size(); ++i) {
@@ -157,15 +179,7 @@ void checkLinkNumbers(const Links& l, Findings& findings) {
     if (!isCosineHalf(l.cone[i].cosAlpha))
       findings.add(Check::linkCosAlpha, At{"link.cone", i}, "-1..1", unpackHalf(l.cone[i].cosAlpha));
   }
-  const std::size_t stride = std::size_t{l.bands} * l.bands;
-  for (std::size_t i = 0; i < l.shCoefficients.size(); i += stride) {
-    if (!isShareHalf(l.shCoefficients[i]))
-      findings.add(Check::linkTransfer, At{"link.sh", i}, "finite, >= 0", unpackHalf(l.shCoefficients[i]));
-  }
-  for (std::size_t i = 0; i < l.shCoefficients.size(); ++i) {
-    if (!isFiniteHalf(l.shCoefficients[i]))
-      findings.add(Check::linkCoefficient, At{"link.sh", i}, "finite", unpackHalf(l.shCoefficients[i]));
-  }
+  checkCoefficients(l, findings);
 }
 
 }  // namespace
