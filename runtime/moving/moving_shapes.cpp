@@ -118,9 +118,13 @@ void voxelise(const std::vector<SnappedTriangle>& triangles, const std::vector<V
 Result<MovingShape> makeShape(const MovingMesh& mesh, std::size_t index) {
   if (Status ok = checkMesh(mesh, index); !ok) return ok.error();
   const Surfaces surfaces(mesh);
+  const bool isOneColor = mesh.albedo.size() == 1 && mesh.emission.size() <= 1;
+  for (std::size_t t = 0; t < (isOneColor ? 1 : surfaces.surface.size()); ++t) {
+    if (Status ok = checkVoxelSurface(surfaces.surface[t]); !ok)
+      return refused(index, (isOneColor ? "" : "triangle " + std::to_string(t) + ": ") + ok.error().message);
+  }
   const VoxelMesh voxelMesh{mesh.position, mesh.triangle, surfaces.ofTriangle};
-  if (Status ok = checkGeometry({surfaces.surface, {&voxelMesh, 1}, {}}); !ok)
-    return refused(index, ok.error().message);
+  if (Status ok = checkVoxelMesh(voxelMesh, surfaces.surface.size()); !ok) return refused(index, ok.error().message);
   glm::vec3 low = mesh.position[0], high = low;
   for (const glm::vec3& p : mesh.position) {
     low = glm::min(low, p);

@@ -5,6 +5,7 @@
 #include "formats/limits.h"
 
 #include <string>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -16,41 +17,41 @@ std::string text(const glm::vec3& v) { return "(" + decimal(v.x) + ", " + decima
 // Comparisons that NaN fails.
 bool isShare(float v) { return v >= 0.0f && v <= 1.0f; }
 
-Status checkSurface(const VoxelSurface& surface, std::size_t index) {
-  const std::string name = "surface " + std::to_string(index) + ": ";
+Error wrong(std::string what) { return Error{ErrorCode::usage, std::move(what)}; }
+
+}  // namespace
+
+Status checkVoxelSurface(const VoxelSurface& surface) {
   if (!isShare(surface.albedo.x) || !isShare(surface.albedo.y) || !isShare(surface.albedo.z))
-    return refused(name + "albedo " + text(surface.albedo) + ", expected 0 to 1 in each channel");
+    return wrong("albedo " + text(surface.albedo) + ", expected 0 to 1 in each channel");
   if (!isRadiance(surface.emission))
-    return refused(name + "emission " + text(surface.emission) + ", expected 0 to " + decimal(kMaxRadiance) +
-                   " W/m²/sr in each channel");
-  if (!isShare(surface.coverage)) return refused(name + "coverage " + decimal(surface.coverage) + ", expected 0 to 1");
+    return wrong("emission " + text(surface.emission) + ", expected 0 to " + decimal(kMaxRadiance) +
+                 " W/m²/sr in each channel");
+  if (!isShare(surface.coverage)) return wrong("coverage " + decimal(surface.coverage) + ", expected 0 to 1");
   return done();
 }
 
-Status checkMesh(const VoxelMesh& mesh, std::size_t surfaces, std::size_t index) {
-  const std::string name = "mesh " + std::to_string(index) + ": ";
+Status checkVoxelMesh(const VoxelMesh& mesh, std::size_t surfaces) {
   if (mesh.surface.size() != mesh.triangle.size())
-    return refused(name + std::to_string(mesh.surface.size()) + " surfaces for " +
-                   std::to_string(mesh.triangle.size()) + " triangles, expected one each");
+    return wrong(std::to_string(mesh.surface.size()) + " surfaces for " + std::to_string(mesh.triangle.size()) +
+                 " triangles, expected one each");
   for (std::size_t i = 0; i < mesh.position.size(); ++i) {
     if (!isWithin(mesh.position[i], kMaxLevelCoordinate))
-      return refused(name + "vertex " + std::to_string(i) + " at " + text(mesh.position[i]) +
-                     ", expected coordinates within " + decimal(kMaxLevelCoordinate) + " m");
+      return wrong("vertex " + std::to_string(i) + " at " + text(mesh.position[i]) + ", expected coordinates within " +
+                   decimal(kMaxLevelCoordinate) + " m");
   }
   for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
     for (int k = 0; k < 3; ++k) {
       if (mesh.triangle[t][k] >= mesh.position.size())
-        return refused(name + "triangle " + std::to_string(t) + " has vertex " + std::to_string(mesh.triangle[t][k]) +
-                       " of " + std::to_string(mesh.position.size()));
+        return wrong("triangle " + std::to_string(t) + " has vertex " + std::to_string(mesh.triangle[t][k]) + " of " +
+                     std::to_string(mesh.position.size()));
     }
     if (mesh.surface[t] >= surfaces)
-      return refused(name + "triangle " + std::to_string(t) + " has surface " + std::to_string(mesh.surface[t]) +
-                     " of " + std::to_string(surfaces));
+      return wrong("triangle " + std::to_string(t) + " has surface " + std::to_string(mesh.surface[t]) + " of " +
+                   std::to_string(surfaces));
   }
   return done();
 }
-
-}  // namespace
 
 Status checkTransform(const glm::mat4x3& toWorld, std::size_t part) {
   for (int column = 0; column < 4; ++column) {
@@ -63,10 +64,12 @@ Status checkTransform(const glm::mat4x3& toWorld, std::size_t part) {
 
 Status checkGeometry(const VoxelGeometry& geometry) {
   for (std::size_t i = 0; i < geometry.surfaces.size(); ++i) {
-    if (Status ok = checkSurface(geometry.surfaces[i], i); !ok) return ok;
+    if (Status ok = checkVoxelSurface(geometry.surfaces[i]); !ok)
+      return refused("surface " + std::to_string(i) + ": " + ok.error().message);
   }
   for (std::size_t i = 0; i < geometry.meshes.size(); ++i) {
-    if (Status ok = checkMesh(geometry.meshes[i], geometry.surfaces.size(), i); !ok) return ok;
+    if (Status ok = checkVoxelMesh(geometry.meshes[i], geometry.surfaces.size()); !ok)
+      return refused("mesh " + std::to_string(i) + ": " + ok.error().message);
   }
   for (std::size_t i = 0; i < geometry.parts.size(); ++i) {
     const VoxelPart& part = geometry.parts[i];

@@ -12,6 +12,9 @@ namespace relume {
 // usage: an index out of range, a span of the wrong size, a number that is not finite or out of its range; the message
 // names surface, mesh, triangle or part.
 Status checkGeometry(const VoxelGeometry& geometry);
+// The same of one surface or mesh, whose name the message lacks: callers have names of their own.
+Status checkVoxelSurface(const VoxelSurface& surface);
+Status checkVoxelMesh(const VoxelMesh& mesh, std::size_t surfaces);
 // The same of one transform.
 Status checkTransform(const glm::mat4x3& toWorld, std::size_t part);
 // Of volumes and what is in them.
