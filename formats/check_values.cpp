@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The checks of the numbers that light is computed with (of 2xx to 5xx), and the other 2xx and 4xx checks:
 // surfels, caches and light map. The bake is safe to index (1xx found nothing).
+#include "formats/decimal.h"
 #include "formats/findings.h"
 #include "formats/limits.h"
 #include "formats/pack.h"
@@ -140,8 +141,7 @@ void checkExtent(const Bake& bake, Findings& findings) {
   const double area = static_cast<double>(bake.surfels.areaEach) * bake.surfels.count();
   if (square > 0.0 && std::isfinite(square) && std::isfinite(area) && area > kMaxLayers * square)
     findings.add(Check::surfelArea, "scalars, surfel area",
-                 "at most " + std::to_string(kMaxLayers * square) + " m² of all surfels, by the places they have",
-                 area);
+                 "at most " + decimal(kMaxLayers * square) + " m² of all surfels, by the places they have", area);
 }
 
 // Halves by their bits, which are looked at without unpacking: 0 and above, minus 0 among them; within -1 to 1; finite.

@@ -2,6 +2,7 @@
 // See edit_blend.h.
 #include "relume/edit_blend.h"
 
+#include "formats/decimal.h"
 #include "formats/limits.h"
 #include "formats/memory.h"
 #include "runtime/shared/shader_text.h"
@@ -64,8 +65,7 @@ Result<EditBlend> EditBlend::create(std::span<const EditBounds> changed, const E
       {{"reach", options.reach}, {"fade", options.fade}, {"voxel", options.voxel}}};
   if (options.voxel == 0.0f) return editError("voxel is 0 m, the edge of a voxel of the live light expected");
   for (const auto& [name, metres] : lengths) {
-    if (!isLength(metres))
-      return editError(std::string(name) + " is " + std::to_string(metres) + " m, 0..1e8 expected");
+    if (!isLength(metres)) return editError(std::string(name) + " is " + decimal(metres) + " m, 0..1e8 expected");
   }
   for (std::size_t i = 0; i < changed.size(); ++i) {
     if (!isBox(changed[i]))
@@ -99,7 +99,7 @@ EditShare EditBlend::share(const glm::vec3& positionWorld) const {
 
 std::string EditBlend::glsl() {
   const std::array<std::pair<std::string, std::string>, 2> defines{
-      {{"RELUME_EDIT_BOXES", std::to_string(kMaxEditBoxes)}, {"RELUME_EDIT_LEAST", std::to_string(kLeast)}}};
+      {{"RELUME_EDIT_BOXES", std::to_string(kMaxEditBoxes)}, {"RELUME_EDIT_LEAST", decimalGlsl(kLeast)}}};
   return *expandShader("edit_blend.glsl", defines);
 }
 

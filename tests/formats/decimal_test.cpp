@@ -54,6 +54,7 @@ TEST(Decimal, aHostsCommasChangeNothing) {
   albedo[1] = {0.5f, 1.25f, 0.0f};
   broken.surfels.normal = std::move(normal);
   broken.surfels.albedo = std::move(albedo);
+  broken.surfels.areaEach = 1e30f;
   const auto texts = [&] {
     std::vector<std::string> all = {decimal(1234.5), decimal(0.5f), decimalGeneral(1234.5, 6), decimalGlsl(0.5f)};
     for (const Finding& finding : validateBake(broken)) all.push_back(toString(finding));

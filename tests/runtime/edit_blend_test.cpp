@@ -2,6 +2,8 @@
 // relume/edit_blend.h: where an edit counts, what it changes, and what is refused.
 #include "relume/edit_blend.h"
 
+#include "tests/comma_locale.h"
+
 #include <gtest/gtest.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -132,6 +134,21 @@ TEST(EditBlends, refuseWhatIsNoBoxOrNoLength) {
   expectEditRefused(box, {.voxel = nan}, "voxel");
   expectEditRefused(box, {.voxel = 0.1f, .reach = -1.0f}, "reach");
   expectEditRefused(box, {.voxel = 0.1f, .fade = infinity}, "fade");
+}
+
+// A host whose locale writes 0,5 gets the same text.
+TEST(EditBlends, shadersAndErrorsDoNotFollowTheLocale) {
+  const auto texts = [] {
+    const auto refused = EditBlend::create({}, {.voxel = 0.1f, .reach = -0.25f, .fade = 1.0f});
+    EXPECT_FALSE(refused);
+    return EditBlend::glsl() + refused.error().message;
+  };
+  const std::string expected = texts();
+  EXPECT_NE(expected.find("#define RELUME_EDIT_LEAST 0.05\n"), std::string::npos);
+  EXPECT_NE(expected.find("reach is -0.25 m"), std::string::npos);
+  const test::CommaLocale commas;
+  if (!commas.ofC()) GTEST_SKIP() << test::kNoCommaLocale;
+  EXPECT_EQ(texts(), expected);
 }
 
 }  // namespace relume
