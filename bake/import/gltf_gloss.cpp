@@ -7,6 +7,7 @@
 
 #include "bake/base/parallel.h"
 #include "bake/import/read_images.h"
+#include "formats/decimal.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +26,7 @@ class GlossReader {
   float share(double value, const char* name, const std::string& where) {
     constexpr double kRounding = 1e-3;  // of exporters
     if (!(value >= -kRounding && value <= 1.0 + kRounding))
-      warn(where + "." + name + " is " + std::to_string(value) + ", outside 0 to 1; " +
+      warn(where + "." + name + " is " + decimalGeneral(value, 6) + ", outside 0 to 1; " +
            (std::isfinite(value) ? "clamped" : "taken for 1"));
     return std::isfinite(value) ? static_cast<float>(std::clamp(value, 0.0, 1.0)) : 1.0f;
   }
@@ -82,7 +83,7 @@ GlossDraft draftGloss(const tinygltf::Material& source, int index, const UvSets&
   if (std::abs(info.scale) <= kMaxScale) {
     draft.gloss.normalScale = static_cast<float>(info.scale);
   } else {
-    reader.warn(where + ".normalTexture.scale is " + std::to_string(info.scale) + ", beyond 1000; taken for 1");
+    reader.warn(where + ".normalTexture.scale is " + decimalGeneral(info.scale, 6) + ", beyond 1000; taken for 1");
   }
   return draft;
 }

@@ -13,6 +13,7 @@
 #include "bake/preview/record_tiles.h"
 #include "bake/preview/screen_box.h"
 #include "bake/preview/shade.h"
+#include "formats/decimal.h"
 
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
@@ -39,13 +40,8 @@ double secondsSince(Clock::time_point begin) { return std::chrono::duration<doub
 
 Status checkPreviewOptions(const PreviewOptions& o) {
   const auto outside = [](const char* name, const std::string& range, double value) {
-    std::string found = std::to_string(value);
-    while (found.find('.') != std::string::npos && (found.back() == '0' || found.back() == '.')) {
-      const bool point = found.back() == '.';
-      found.pop_back();
-      if (point) break;
-    }
-    return Error{ErrorCode::usage, std::string("preview: ") + name + " must be " + range + ", found " + found};
+    return Error{ErrorCode::usage,
+                 std::string("preview: ") + name + " must be " + range + ", found " + decimalGeneral(value, 6)};
   };
   const auto check = [&](const char* name, double value, double min, double max, const char* range) -> Status {
     if (value >= min && value <= max) return done();
