@@ -297,6 +297,8 @@ class Moving(unittest.TestCase):
 
 class BadInput(unittest.TestCase):
     def test_files(self):
+        with self.assertRaisesRegex(ValueError, 'null bytes'):
+            relume.Bake('level.relume\0.other')
         with self.assertRaisesRegex(relume.RelumeError, '/no/such.relume') as caught:
             relume.Bake('/no/such.relume')
         self.assertEqual(caught.exception.status, 2)

@@ -66,7 +66,10 @@ class Bake(Handle):
             status = runtime.relume_bake_from_memory(self._context._handle, held.ctypes.data, held.nbytes, None, None,
                                                       byref(bake))
         else:
-            status = runtime.relume_bake_load(self._context._handle, os.fsencode(source), byref(bake))
+            path = os.fsencode(source)
+            if b'\0' in path:  # where C's strings end
+                raise ValueError('source: a path without null bytes expected')
+            status = runtime.relume_bake_load(self._context._handle, path, byref(bake))
         if status:
             raise RelumeError(status, runtime.relume_context_error(self._context._handle).decode())
         self._handle = bake
