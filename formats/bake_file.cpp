@@ -178,7 +178,7 @@ Result<Bake> assemblePacked(std::span<const Chunk> chunks, std::pmr::memory_reso
 }
 
 // A bake has one file: the version is the least that has what is in it.
-Status checkVersion(const Bake& bake, std::span<const std::byte> file) {
+Status checkFormatVersion(const Bake& bake, std::span<const std::byte> file) {
   const std::uint32_t version = versionOf(file),
                       expected = isPacked(file) ? packedVersionOf(bake) : formatVersionOf(bake);
   if (version == expected) return done();
@@ -275,7 +275,7 @@ Result<Bake> parseBake(std::span<const std::byte> bytes, const std::shared_ptr<c
     }
     Result<Bake> bake = isPacked(bytes) ? assemblePacked(*chunks, memory) : assemble(*chunks, owner, memory);
     if (!bake) return bake;
-    if (const Status status = checkVersion(*bake, bytes); !status) return status.error();
+    if (const Status status = checkFormatVersion(*bake, bytes); !status) return status.error();
     if (const Status status = checkStructure(*bake, memory); !status) return status.error();
     return bake;
   } catch (const std::bad_alloc& e) {

@@ -17,38 +17,38 @@ std::string text(const glm::vec3& v) { return "(" + decimal(v.x) + ", " + decima
 // Comparisons that NaN fails.
 bool isShare(float v) { return v >= 0.0f && v <= 1.0f; }
 
-Error wrong(std::string what) { return Error{ErrorCode::usage, std::move(what)}; }
+Error wrongGeometry(std::string what) { return Error{ErrorCode::usage, std::move(what)}; }
 
 }  // namespace
 
 Status checkVoxelSurface(const VoxelSurface& surface) {
   if (!isShare(surface.albedo.x) || !isShare(surface.albedo.y) || !isShare(surface.albedo.z))
-    return wrong("albedo " + text(surface.albedo) + ", expected 0 to 1 in each channel");
+    return wrongGeometry("albedo " + text(surface.albedo) + ", expected 0 to 1 in each channel");
   if (!isRadiance(surface.emission))
-    return wrong("emission " + text(surface.emission) + ", expected 0 to " + decimal(kMaxRadiance) +
-                 " W/m²/sr in each channel");
-  if (!isShare(surface.coverage)) return wrong("coverage " + decimal(surface.coverage) + ", expected 0 to 1");
+    return wrongGeometry("emission " + text(surface.emission) + ", expected 0 to " + decimal(kMaxRadiance) +
+                         " W/m²/sr in each channel");
+  if (!isShare(surface.coverage)) return wrongGeometry("coverage " + decimal(surface.coverage) + ", expected 0 to 1");
   return done();
 }
 
 Status checkVoxelMesh(const VoxelMesh& mesh, std::size_t surfaces) {
   if (mesh.surface.size() != mesh.triangle.size())
-    return wrong(std::to_string(mesh.surface.size()) + " surfaces for " + std::to_string(mesh.triangle.size()) +
-                 " triangles, expected one each");
+    return wrongGeometry(std::to_string(mesh.surface.size()) + " surfaces for " + std::to_string(mesh.triangle.size()) +
+                         " triangles, expected one each");
   for (std::size_t i = 0; i < mesh.position.size(); ++i) {
     if (!isWithin(mesh.position[i], kMaxLevelCoordinate))
-      return wrong("vertex " + std::to_string(i) + " at " + text(mesh.position[i]) + ", expected coordinates within " +
-                   decimal(kMaxLevelCoordinate) + " m");
+      return wrongGeometry("vertex " + std::to_string(i) + " at " + text(mesh.position[i]) +
+                           ", expected coordinates within " + decimal(kMaxLevelCoordinate) + " m");
   }
   for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
     for (int k = 0; k < 3; ++k) {
       if (mesh.triangle[t][k] >= mesh.position.size())
-        return wrong("triangle " + std::to_string(t) + " has vertex " + std::to_string(mesh.triangle[t][k]) + " of " +
-                     std::to_string(mesh.position.size()));
+        return wrongGeometry("triangle " + std::to_string(t) + " has vertex " + std::to_string(mesh.triangle[t][k]) +
+                             " of " + std::to_string(mesh.position.size()));
     }
     if (mesh.surface[t] >= surfaces)
-      return wrong("triangle " + std::to_string(t) + " has surface " + std::to_string(mesh.surface[t]) + " of " +
-                   std::to_string(surfaces));
+      return wrongGeometry("triangle " + std::to_string(t) + " has surface " + std::to_string(mesh.surface[t]) +
+                           " of " + std::to_string(surfaces));
   }
   return done();
 }
