@@ -2,6 +2,7 @@
 // glTF 2.0 to a Scene. Each step checks what it reads: nothing in the file is trusted.
 #include "bake/import/find_solids.h"
 #include "bake/import/gltf_import.h"
+#include "bake/import/gltf_textures.h"
 #include "bake/scene/check_limits.h"
 #include "relume/bake/context.h"
 #include "relume/bake/scene.h"
@@ -19,6 +20,30 @@
 
 namespace relume {
 namespace {
+
+// Whether an extension says that light goes through a material which blocks all of it here.
+bool blocksAsGlass(const tinygltf::Material& source, const Material& material) {
+  const tinygltf::Value* transmission = extensionOf(source, "KHR_materials_transmission");
+  if (!transmission || !(numberOr(*transmission, "transmissionFactor", 0.0) > 0.0)) return false;
+  if (material.alphaMode == AlphaMode::opaque) return true;
+  return material.albedoTexture.image == kNone && material.alpha >= material.alphaCutoff;
+}
+
+// A pane that darkens a room looks like a bake gone wrong: say of each such material where it is baked first.
+void warnOfGlass(const GltfDocument& document, const Scene& scene, Context& context) {
+  std::vector<bool> told(scene.materials.size(), false);
+  for (const Instance& instance : scene.instances) {
+    const std::uint32_t material = scene.meshes[instance.mesh].material;
+    if (!instance.baked() || material == kNone || told[material] ||
+        !blocksAsGlass(document.model.materials[material], scene.materials[material]))
+      continue;
+    told[material] = true;
+    context.message(Severity::warning,
+                    document.at("material \"" + scene.materials[material].name + "\" on node \"" + instance.node +
+                                "\" transmits light, which bakes do not know: it blocks all of it; leave what is glass "
+                                "out of the bake by extras.relume.bake \"ignore\""));
+  }
+}
 
 // Of many static instances of one mesh with the same transform, bake only the first: it hides the others, which have
 // the same light. They are kept as dynamic instances. Fewer copies than kPile cost little and are baked as they are.
@@ -91,8 +116,9 @@ Result<Scene> import(const std::filesystem::path& path, Context& context, const 
   if (Status status = convertLights(*document, options.lightUnit, scene, context); !status) return status.error();
   // 5. Numbers that the baker can compute with
   if (Status status = checkLimits(scene); !status) return status.error();
-  // 6. Copies that nobody sees
+  // 6. Copies that nobody sees, and panes that nobody sees through
   setAsidePiles(scene, context);
+  warnOfGlass(*document, scene, context);
   scene.files = std::move(document->files);
   // 7. Which two-sided surfaces enclose matter
   findSolids(scene, context);

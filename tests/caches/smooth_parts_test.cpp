@@ -14,8 +14,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <random>
 #include <string>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -268,6 +270,38 @@ TEST(LightmapAdvice, smoothPartsBeyondTheBudgetAreNamedWithTheirDensity) {
   Placed mended = roomWithBall();
   mended.scene.instances[1].texelDensity = density;
   EXPECT_TRUE(messagesOf(mended, 1000, "facets").empty());
+}
+
+// A shelf that is thinner than what the play space tells apart is in order; faces that were forgotten or turned over
+// are not.
+TEST(LightmapAdvice, backsOfThinPlatesAreNotToldOf) {
+  const auto said = [](const std::function<void(Scene&)>& change) {
+    Placed p = roomWithBall();
+    change(p.scene);
+    std::vector<std::string> found;
+    Context context;
+    context.onMessage = [&](Severity, std::string_view text) {
+      if (text.find("backs of its one-sided faces") != std::string_view::npos) found.emplace_back(text);
+    };
+    CacheOptions options;
+    options.lightmapCaches = 400;
+    options.gridCaches = 200;
+    test::place(p, options, test::walks(1u << 10), context);  // few of them: coarse voxels
+    return found;
+  };
+  EXPECT_TRUE(said([](Scene& scene) {
+                Mesh shelf;
+                addBox(shelf, {-1.5f, 1.0f, -1.9f}, {1.5f, 1.08f, -0.9f}, false);
+                addInstance(scene, std::move(shelf), "shelf");
+              }).empty());
+  // This is closed, too.
+  const auto room = said([](Scene& scene) {
+    Mesh& mesh = scene.meshes[0];
+    for (glm::uvec3& t : mesh.triangle) std::swap(t.y, t.z);
+    mesh.normal.clear();
+  });
+  ASSERT_EQ(room.size(), 1u);
+  EXPECT_NE(room[0].find("node \"room\""), std::string::npos) << room[0];
 }
 
 }  // namespace

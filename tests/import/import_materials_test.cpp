@@ -283,5 +283,37 @@ TEST(ImportMaterials, drivableIsReadFromExtras) {
   EXPECT_EQ(emissionAt(scene, quadPoint(0.5f, 0.2f)), glm::vec3(0.0f));
 }
 
+// A pane of glass is a wall to the baker, or nothing. Which of them darken the level is said once for each material,
+// with a node.
+TEST(ImportMaterials, glassThatBlocksLightIsToldOf) {
+  const auto told = [](const json& more, const json& bake = nullptr) {
+    GltfBuilder b;
+    json glass = {{"name", "pane"}, {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 0.9}}}}}};
+    glass.merge_patch(more);
+    const int material = b.material(glass);
+    for (int i = 0; i < 2; ++i) {
+      const int node = b.quad({{"material", material}});
+      if (!bake.is_null()) b.root["nodes"][node]["extras"]["relume"]["bake"] = bake;
+    }
+    importOrFail(b);
+    std::size_t count = 0;
+    for (const std::string& message : b.messages)
+      count += message.find("material \"pane\" on node \"") != std::string::npos &&
+               message.find("transmits light") != std::string::npos;
+    return count;
+  };
+  EXPECT_EQ(told(json::object()), 1u);
+  EXPECT_EQ(told(json::object(), "gridLit"), 1u);
+  const auto blend = [](double alpha) {
+    return json{{"alphaMode", "BLEND"}, {"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, alpha}}}}};
+  };
+  EXPECT_EQ(told(blend(0.6)), 1u);
+  // What is no part of the bake, or not there for it, darkens nothing.
+  EXPECT_EQ(told(blend(0.2)), 0u);
+  EXPECT_EQ(told(json::object(), "ignore"), 0u);
+  EXPECT_EQ(told(json::object(), "dynamic"), 0u);
+  EXPECT_EQ(told({{"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 0}}}}}}), 0u);
+}
+
 }  // namespace
 }  // namespace relume

@@ -5,9 +5,14 @@
 #include "formats/decimal.h"
 #include "relume/bake/context.h"
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -36,8 +41,32 @@ std::string rounded(double density) {
 
 std::string number(double value) { return decimalGeneral(value, 3); }
 
-// The seen surface of a node that reads the grid.
+// Whether a mesh is closed, each edge being walked as often one way as the other, and its fronts face outward.
+bool enclosesMatter(const Mesh& mesh) {
+  using Point = std::array<float, 3>;
+  std::map<Point, std::uint32_t> numbers;
+  const auto vertexAt = [&](const glm::vec3& p) {
+    const glm::vec3 q = p + 0.0f;  // -0 is 0
+    return numbers.try_emplace(Point{q.x, q.y, q.z}, static_cast<std::uint32_t>(numbers.size())).first->second;
+  };
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> balance;
+  double volume = 0.0;
+  for (const glm::uvec3& t : mesh.triangle) {
+    const std::array<glm::vec3, 3> corner = {mesh.position[t.x], mesh.position[t.y], mesh.position[t.z]};
+    const glm::dvec3 origin = mesh.position[mesh.triangle[0].x];
+    volume += glm::dot(glm::dvec3(corner[0]) - origin,
+                       glm::cross(glm::dvec3(corner[1]) - origin, glm::dvec3(corner[2]) - origin));
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = vertexAt(corner[k]), b = vertexAt(corner[(k + 1) % 3]);
+      balance[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
+    }
+  }
+  return volume > 0.0 && std::all_of(balance.begin(), balance.end(), [](const auto& edge) { return edge.second == 0; });
+}
+
+// The seen surface of a node that reads the grid, and its fronts.
 struct Unlit {
+  double fronts = 0.0;  // [m²] all that is seen, lit or not
   double backs = 0.0;   // [m²] backs of one-sided faces
   double buried = 0.0;  // [m²] behind or inside something
   double small = 0.0;   // [m²] too small for a cache
@@ -65,7 +94,13 @@ class Adviser {
   void run() {
     std::vector<Unlit> unlit(scene_.instances.size());
     double total = 0.0;
-    for (std::uint32_t p = 0; p < set_.patches.size(); ++p) total += addPatch(p, unlit[set_.patches[p].instance]);
+    for (std::uint32_t p = 0; p < set_.patches.size(); ++p) {
+      total += addPatch(p, unlit[set_.patches[p].instance]);
+      if (set_.patches[p].side == 0) unlit[set_.patches[p].instance].fronts += set_.patches[p].area;
+    }
+    for (std::uint32_t i = 0; i < unlit.size(); ++i) {
+      if (isThin(i, unlit[i])) unlit[i].backs = 0.0;
+    }
     context_.figure("grid_lit_area_share", total / set_.areaSeen);
     forLargest(
         kMaxNamed, [&](std::uint32_t i) { return unlit[i].small; }, [&](std::uint32_t i) { warnSmall(i, unlit[i]); });
@@ -103,6 +138,13 @@ class Adviser {
     unlit.small += area;
     unlit.wanted.emplace_back(wanted / others, area);
     return area;
+  }
+
+  // Where a plate is thinner than what the play space tells apart, its backs count as seen with the fronts before them.
+  // A room whose faces were not turned over is closed as well, but nobody sees its fronts.
+  bool isThin(std::uint32_t instance, const Unlit& unlit) const {
+    return unlit.backs > kMinShare * set_.areaSeen && unlit.fronts > 0.5 * unlit.backs &&
+           enclosesMatter(scene_.meshes[scene_.instances[instance].mesh]);
   }
 
   // Visit the nodes with the most of some kind of surface, as far as that is worth a warning.
