@@ -302,6 +302,15 @@ TEST(LightmapAdvice, backsOfThinPlatesAreNotToldOf) {
   });
   ASSERT_EQ(room.size(), 1u);
   EXPECT_NE(room[0].find("node \"room\""), std::string::npos) << room[0];
+  // So is a hut that is seen from inside and outside.
+  const auto hut = said([](Scene& scene) {
+    Mesh mesh;
+    addBox(mesh, {-1.9f, 0.05f, -0.5f}, {0.4f, 2.6f, 1.9f}, false);
+    addInstance(scene, std::move(mesh), "hut");
+    scene.cameras.push_back(test::cameraAt({1.2f, 1.4f, -1.2f}));
+  });
+  ASSERT_EQ(hut.size(), 1u);
+  EXPECT_NE(hut[0].find("node \"hut\""), std::string::npos) << hut[0];
 }
 
 }  // namespace

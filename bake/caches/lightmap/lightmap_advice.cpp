@@ -6,6 +6,8 @@
 #include "relume/bake/context.h"
 
 #include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
 
 #include <algorithm>
 #include <array>
@@ -41,8 +43,9 @@ std::string rounded(double density) {
 
 std::string number(double value) { return decimalGeneral(value, 3); }
 
-// Whether a mesh is closed, each edge being walked as often one way as the other, and its fronts face outward.
-bool enclosesMatter(const Mesh& mesh) {
+// How thick a mesh is in the mean, if it is closed, each edge being walked as often one way as the other, and its
+// fronts face outward; 0 otherwise. [m] in its own axes
+double thickness(const Mesh& mesh) {
   using Point = std::array<float, 3>;
   std::map<Point, std::uint32_t> numbers;
   const auto vertexAt = [&](const glm::vec3& p) {
@@ -50,18 +53,20 @@ bool enclosesMatter(const Mesh& mesh) {
     return numbers.try_emplace(Point{q.x, q.y, q.z}, static_cast<std::uint32_t>(numbers.size())).first->second;
   };
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> balance;
-  double volume = 0.0;
+  double volume = 0.0, area = 0.0;
   for (const glm::uvec3& t : mesh.triangle) {
     const std::array<glm::vec3, 3> corner = {mesh.position[t.x], mesh.position[t.y], mesh.position[t.z]};
     const glm::dvec3 origin = mesh.position[mesh.triangle[0].x];
-    volume += glm::dot(glm::dvec3(corner[0]) - origin,
-                       glm::cross(glm::dvec3(corner[1]) - origin, glm::dvec3(corner[2]) - origin));
+    const glm::dvec3 cross = glm::cross(glm::dvec3(corner[1] - corner[0]), glm::dvec3(corner[2] - corner[0]));
+    volume += glm::dot(glm::dvec3(corner[0]) - origin, cross) / 6.0;
+    area += glm::length(cross) / 2.0;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t a = vertexAt(corner[k]), b = vertexAt(corner[(k + 1) % 3]);
       balance[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
     }
   }
-  return volume > 0.0 && std::all_of(balance.begin(), balance.end(), [](const auto& edge) { return edge.second == 0; });
+  const auto even = [](const auto& edge) { return edge.second == 0; };
+  return area > 0.0 && std::all_of(balance.begin(), balance.end(), even) ? std::max(2.0 * volume / area, 0.0) : 0.0;
 }
 
 // The seen surface of a node that reads the grid, and its fronts.
@@ -141,10 +146,13 @@ class Adviser {
   }
 
   // Where a plate is thinner than what the play space tells apart, its backs count as seen with the fronts before them.
-  // A room whose faces were not turned over is closed as well, but nobody sees its fronts.
+  // A room whose faces were not turned over is closed as well, but is no plate.
   bool isThin(std::uint32_t instance, const Unlit& unlit) const {
-    return unlit.backs > kMinShare * set_.areaSeen && unlit.fronts > 0.5 * unlit.backs &&
-           enclosesMatter(scene_.meshes[scene_.instances[instance].mesh]);
+    if (!(unlit.backs > kMinShare * set_.areaSeen) || !(unlit.fronts > 0.5 * unlit.backs)) return false;
+    const Instance& placed = scene_.instances[instance];
+    const double scale = std::cbrt(std::abs(glm::determinant(glm::dmat3(placed.toWorld))));
+    const double thick = scale * thickness(scene_.meshes[placed.mesh]);
+    return thick > 0.0 && thick < static_cast<double>(texels_.texelSize);
   }
 
   // Visit the nodes with the most of some kind of surface, as far as that is worth a warning.
