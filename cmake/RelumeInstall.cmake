@@ -27,8 +27,8 @@ if(RELUME_BUILD_BAKE AND RELUME_INSTALL)
   list(TRANSFORM rooms REPLACE "(.+)" "$<TARGET_OBJECTS:relume_\\1>")
   add_library(relume_bake_archive STATIC ${rooms})
   target_compile_features(relume_bake_archive INTERFACE cxx_std_20)
-  # Names that relumeConfig.cmake finds, and libraries that linkers find.
-  target_link_libraries(relume_bake_archive PUBLIC relume_formats
+  # The runtime: certificates relight. Names that relumeConfig.cmake finds, and libraries that linkers find.
+  target_link_libraries(relume_bake_archive PUBLIC relume_runtime relume_formats
     INTERFACE "$<INSTALL_INTERFACE:$<LINK_ONLY:embree>;$<LINK_ONLY:TBB::tbb>;$<LINK_ONLY:meshoptimizer::meshoptimizer>>"
               "$<INSTALL_INTERFACE:$<LINK_ONLY:flann::flann_cpp>;lz4;draco;stb;gmp;mpfr;xxhash>")
   set_target_properties(relume_bake_archive PROPERTIES EXPORT_NAME bake OUTPUT_NAME relume_bake LINKER_LANGUAGE CXX)
@@ -68,7 +68,7 @@ set(RELUME_PC_REQUIRES "")
 if(NOT TARGET relume_shared)
   set(RELUME_PC_LIBS "-lrelume_runtime -lrelume_formats -lstdc++ -lm")
   if(NOT RELUME_INLINE_XXHASH)
-    set(RELUME_PC_REQUIRES libxxhash)
+    set(RELUME_PC_REQUIRES libxxhash)  # of all who link: there is no library that brings it
   endif()
 endif()
 configure_file(${PROJECT_SOURCE_DIR}/cmake/relume.pc.in ${PROJECT_BINARY_DIR}/relume.pc @ONLY)
@@ -91,13 +91,14 @@ if(TARGET relume-view)
   install(TARGETS relume-view RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT bake)
 endif()
 
-# ---- Licences, for each package in a folder of its own. What is linked with CGAL says so.
+# ---- Licences, for each package in a folder of its own, with those of the code of others that is in it. What is linked with CGAL says so.
 set(docs ${CMAKE_INSTALL_DATAROOTDIR}/doc)
 set(RELUME_RUNTIME_PACKAGE librelume${RELUME_SOVERSION})
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${docs}/${RELUME_RUNTIME_PACKAGE} COMPONENT runtime)
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${docs}/librelume-dev COMPONENT dev)
+set(licences ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/runtime/LICENSE.third-party)
+install(FILES ${licences} DESTINATION ${docs}/${RELUME_RUNTIME_PACKAGE} COMPONENT runtime)
+install(FILES ${licences} DESTINATION ${docs}/librelume-dev COMPONENT dev)
 if(RELUME_BUILD_BAKE)
-  set(licences ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/bake/LICENSE.binaries)
+  list(APPEND licences ${PROJECT_SOURCE_DIR}/bake/LICENSE.binaries)
   if(EXISTS /usr/share/common-licenses/GPL-3)
     list(APPEND licences /usr/share/common-licenses/GPL-3)
   endif()
