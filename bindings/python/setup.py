@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """RELUME_BUNDLE=PATH puts that librelume into the wheel, which is then one of this platform; without it the wheel is for
-any, and the library is the one that the loader finds."""
+any, and the library is the one that the loader finds. Licences come from the sources around this folder."""
 import os
 import shutil
 
@@ -9,13 +9,19 @@ from setuptools.command.build_py import build_py
 from setuptools.dist import Distribution
 
 BUNDLE = os.environ.get('RELUME_BUNDLE')
+SOURCES = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..')
+LICENCES = ['LICENSE'] + (['runtime/LICENSE.third-party'] if BUNDLE else [])  # the latter is of what the library has in it
 
 
 class BuildWithLibrary(build_py):
     def run(self):
         super().run()
+        package = os.path.join(self.build_lib, 'relume')
+        for name in LICENCES:
+            if os.path.exists(os.path.join(SOURCES, name)):
+                shutil.copy(os.path.join(SOURCES, name), package)
         if BUNDLE:
-            shutil.copyfile(BUNDLE, os.path.join(self.build_lib, 'relume', os.path.basename(os.path.realpath(BUNDLE))))
+            shutil.copyfile(BUNDLE, os.path.join(package, os.path.basename(os.path.realpath(BUNDLE))))
 
 
 class PlatformDistribution(Distribution):

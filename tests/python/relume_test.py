@@ -325,6 +325,12 @@ class BadInput(unittest.TestCase):
             self.assertEqual(caught.exception.status, 1)
         with self.assertRaises(relume.RelumeError):
             bake.lightmap_coordinates(bake.info.instances)
+        for text, call in (('a sequence of them expected', lambda: relighter.relight(SUN)),
+                           (r'lights\[1\]: a Light expected, tuple', lambda: relighter.relight([SUN, (1, 2, 3)])),
+                           ('visibility returned None', lambda: relighter.relight([SUN], lambda light, p, n: None)),
+                           ('a Bake expected, str', lambda: relume.Relighter(BAKE))):
+            with self.assertRaisesRegex(TypeError, text):
+                call()
         with self.assertRaisesRegex(relume.RelumeError, 'lumaBands is 9'):
             relume.Relighter(bake, luma_bands=9)
         relighter.close()
@@ -334,6 +340,16 @@ class BadInput(unittest.TestCase):
 
 
 class Package(unittest.TestCase):
+    def test_what_is_public_says_its_types(self):
+        for name in relume.__all__:
+            made = getattr(relume, name)
+            for method, function in vars(made).items() if isinstance(made, type) else ():
+                function = getattr(function, '__func__', getattr(function, 'fget', None) or function)
+                if callable(function) and not method.startswith('_') and not isinstance(function, type):
+                    self.assertIn('return', getattr(function, '__annotations__', {}), f'{name}.{method}')
+        bake = relume.Bake(BAKE)
+        self.assertRegex(repr(bake.info), r'BakeInfo\(surfels=1024, .*grid_origin=\[.*scene_hash=b')
+
     def test_structs_are_those_of_the_header(self):
         compiler = shutil.which('cc')
         if not compiler:
@@ -374,7 +390,10 @@ class Package(unittest.TestCase):
         except ImportError as error:
             self.skipTest(str(error))
         with tempfile.TemporaryDirectory() as folder:
-            project, place = os.path.join(folder, 'project'), os.path.join(folder, 'place')
+            project, place = os.path.join(folder, 'sources/bindings/python'), os.path.join(folder, 'place')
+            os.makedirs(os.path.join(folder, 'sources/runtime'))
+            for licence in ('LICENSE', 'runtime/LICENSE.third-party'):
+                shutil.copy(os.path.join(PACKAGE, '../..', licence), os.path.join(folder, 'sources', licence))
             shutil.copytree(PACKAGE, project, ignore=shutil.ignore_patterns('__pycache__', 'build', '*.egg-info'))
             for bundle in ('', os.environ['RELUME_LIBRARY']):
                 build = f'from setuptools import build_meta; build_meta.build_wheel({folder!r})'
@@ -387,6 +406,9 @@ class Package(unittest.TestCase):
             names = [os.path.basename(w) for w in wheels]
             self.assertEqual(len(names), 2, names)
             self.assertTrue(names[1].endswith('-none-any.whl'), names)
+            for wheel_file, files in zip(wheels, ({'py.typed', 'LICENSE', 'LICENSE.third-party'}, {'py.typed', 'LICENSE'})):
+                with zipfile.ZipFile(wheel_file) as archive:
+                    self.assertLessEqual({f'relume/{name}' for name in files}, set(archive.namelist()))
             with zipfile.ZipFile(wheels[0]) as archive:
                 archive.extractall(place)
             light = (f'import relume; r = relume.Relighter(relume.Bake({BAKE!r})); '

@@ -16,17 +16,21 @@ in metres; light is radiometric, in linear red, green, blue. include/relume/relu
 Threads: ctypes lets other Python threads run during a call. Of one relighter, relight(), reset(), inherit() and close()
 each need it alone; reads may run at the same time. A LiveLight is as a relighter.
 """
+from __future__ import annotations
+
 import ctypes
 import os
 from ctypes import byref, c_size_t, c_uint, c_void_p, sizeof
 from dataclasses import dataclass
+from typing import Any, Mapping, Sequence
 
 import numpy
+from numpy.typing import ArrayLike, NDArray
 
-from ._arrays import aligned, floats, output, pointer, same_length, three
+from ._arrays import aligned, Floats, floats, output, pointer, same_length, three
 from ._handles import Context, Handle
 from ._library import (BakeInfo, DrivenImage, MaterialEmission, RelighterDesc, RelumeError, ResolveTextureInfo, runtime)
-from ._lights import Frame, Light
+from ._lights import Frame, Light, Shadows
 from .edits import EDITED_PART, EditBlend
 from .live import LiveLight, Mesh, Part, Surface
 from .moving import MovingMesh, MovingShapes, hand_parts
@@ -35,7 +39,7 @@ __all__ = ['Bake', 'EDITED_PART', 'EditBlend', 'Light', 'LiveLight', 'Mesh', 'Mo
            'RelumeError', 'ResolveTexture', 'Surface', 'version']
 
 
-def version():
+def version() -> str:
     """Of the library: "major.minor.patch"."""
     return runtime.relume_version().decode()
 
@@ -45,8 +49,8 @@ class ResolveTexture:
     """A texture of one mip level, clamped to its edges, that Relighter.resolve_glsl() reads."""
     sampler: str   # its uniform
     shape: str     # 'flat', 'array', 'volume'
-    size: tuple    # (layers or depth, height, width, channels)
-    dtype: object  # float16, or uint8 for 0..1
+    size: tuple[int, int, int, int]  # (layers or depth, height, width, channels)
+    dtype: numpy.dtype[Any]  # float16, or uint8 for 0..1
     filtered: bool  # linear; else nearest
     light: bool    # to be read anew after each frame; else once
 
@@ -58,7 +62,7 @@ class Bake(Handle):
     RelumeError: the file cannot be read, or is no bake."""
     _destroy = staticmethod(runtime.relume_bake_destroy)
 
-    def __init__(self, source, threads=1):
+    def __init__(self, source: str | os.PathLike[str] | bytes | bytearray | memoryview | NDArray[Any], threads: int = 1):
         self._context = Context(threads)
         bake = c_void_p()
         if isinstance(source, (bytes, bytearray, memoryview, numpy.ndarray)):
@@ -73,30 +77,30 @@ class Bake(Handle):
         if status:
             raise RelumeError(status, runtime.relume_context_error(self._context._handle).decode())
         self._handle = bake
-        self.info = BakeInfo(struct_size=sizeof(BakeInfo))
+        self.info: BakeInfo = BakeInfo(struct_size=sizeof(BakeInfo))
         self._check(runtime.relume_bake_get_info(bake, byref(self.info)))
 
     def _check(self, status):
         if status:
             raise RelumeError(status, runtime.relume_bake_error(self._handle).decode())
 
-    def surfels(self):
+    def surfels(self) -> tuple[Floats, Floats]:
         """Positions [m] and unit normals of all surfels: two arrays of shape (surfels, 3)."""
         positions, normals = (numpy.empty((self.info.surfels, 3), numpy.float32) for _ in range(2))
         self._check(runtime.relume_bake_surfels(self._open(), 0, len(positions), pointer(positions), pointer(normals)))
         return positions, normals
 
-    def sky_directions(self):
+    def sky_directions(self) -> Floats:
         """Unit directions of the patches of sky. (sky_patches, 3)"""
         directions = numpy.empty((self.info.sky_patches, 3), numpy.float32)
         self._check(runtime.relume_bake_sky_directions(self._open(), pointer(directions)))
         return directions
 
-    def instance_names(self):
+    def instance_names(self) -> list[str]:
         """Names of the glTF nodes, by instance."""
         return [runtime.relume_bake_instance_name(self._open(), i).decode() for i in range(self.info.instances)]
 
-    def lightmap_coordinates(self, instance, back_side=False):
+    def lightmap_coordinates(self, instance: int, back_side: bool = False) -> Floats:
         """Coordinates on the light map of an instance's corners, three a triangle; -1 where the grid lights it. (corners, 2)"""
         count = c_size_t()
         call = runtime.relume_bake_lightmap_coordinates
@@ -105,7 +109,7 @@ class Bake(Handle):
         self._check(call(self._open(), instance, int(back_side), pointer(coordinates), byref(count)))
         return coordinates
 
-    def drivable_materials(self):
+    def drivable_materials(self) -> list[str]:
         """Names of the materials whose light relight(materials=) can replace."""
         count = runtime.relume_bake_drivable_count(self._open())
         return [runtime.relume_bake_drivable_name(self._open(), i).decode() for i in range(count)]
@@ -119,7 +123,10 @@ class Relighter(Handle):
     the most of a frame. moving_lag: [1, 2, 4 .. 64] frames within which caches near parts are looked at again; 0 = 32."""
     _destroy = staticmethod(runtime.relume_relighter_destroy)
 
-    def __init__(self, bake, luma_bands=0, chroma_bands=0, glossy=False, images=None, moving_parts=0, moving_lag=0):
+    def __init__(self, bake: Bake, luma_bands: int = 0, chroma_bands: int = 0, glossy: bool = False,
+                 images: Mapping[str, tuple[int, int]] | None = None, moving_parts: int = 0, moving_lag: int = 0):
+        if not isinstance(bake, Bake):
+            raise TypeError(f'bake: a Bake expected, {type(bake).__name__} found')
         self.bake = bake  # with its bytes, its context and that one's threads
         self._images = dict(images or {})
         driven = (DrivenImage * max(1, len(self._images)))()
@@ -136,8 +143,10 @@ class Relighter(Handle):
         if status:
             raise RelumeError(status, runtime.relume_relighter_error(self._handle).decode())
 
-    def relight(self, lights=(), visibility=None, *, surfel_irradiance=None, surfel_emission=None, sky_patches=None,
-                sky_radiance=0.0, emission_scale=1.0, bounce_scale=1.0, materials=None, moving_shapes=None, moving_parts=()):
+    def relight(self, lights: Sequence[Light] = (), visibility: Shadows | None = None, *, surfel_irradiance: ArrayLike | None = None,
+                surfel_emission: ArrayLike | None = None, sky_patches: ArrayLike | None = None, sky_radiance: ArrayLike = 0.0,
+                emission_scale: ArrayLike = 1.0, bounce_scale: float = 1.0, materials: Mapping[str, ArrayLike] | None = None,
+                moving_shapes: MovingShapes | None = None, moving_parts: Sequence[tuple[int, ArrayLike | None]] = ()) -> None:
         """One frame. A setup that is refused leaves last frame's light.
 
         visibility(light, positions, normals): shares [0..1] of a light, by its index, that reach points, of shape (n,); the
@@ -190,15 +199,15 @@ class Relighter(Handle):
         frame.setup.material_emissions = (MaterialEmission * len(driven))(*driven)
         frame.setup.material_emission_count = len(driven)
 
-    def reset(self):
+    def reset(self) -> None:
         """Forget last frame's light."""
         self._check(runtime.relume_reset(self._open()))
 
-    def inherit(self, previous):
+    def inherit(self, previous: Relighter) -> None:
         """Hot reload: begin with the light of `previous`, a relighter of an older bake of the level."""
         self._check(runtime.relume_inherit(self._open(), self.bake._open(), previous._open()))
 
-    def irradiance_in_grid(self, positions, normals, out=None):
+    def irradiance_in_grid(self, positions: ArrayLike, normals: ArrayLike, out: Floats | None = None) -> Floats:
         """Irradiance [W/m2] at points anywhere, by the grid. (n, 3)"""
         p, n = floats('positions', positions, 3), floats('normals', normals, 3)
         same_length(positions=p, normals=n)
@@ -206,7 +215,8 @@ class Relighter(Handle):
         self._check(runtime.relume_irradiance_in_grid(self._open(), len(p), pointer(p), pointer(n), pointer(out)))
         return out
 
-    def irradiance_on_lightmap(self, uvs, normals, geometric_normals=None, out=None):
+    def irradiance_on_lightmap(self, uvs: ArrayLike, normals: ArrayLike, geometric_normals: ArrayLike | None = None,
+                               out: Floats | None = None) -> Floats:
         """Irradiance [W/m2] at coordinates of the light map. (n, 3)"""
         uv, n = floats('uvs', uvs, 2), floats('normals', normals, 3)
         g = None if geometric_normals is None else floats('geometric_normals', geometric_normals, 3)
@@ -216,7 +226,8 @@ class Relighter(Handle):
                                                            pointer(out)))
         return out
 
-    def glossy_in_grid(self, positions, normals, reflected, exponents, out=None):
+    def glossy_in_grid(self, positions: ArrayLike, normals: ArrayLike, reflected: ArrayLike, exponents: ArrayLike,
+                       out: Floats | None = None) -> Floats:
         """Mean radiance [W/m2/sr] in lobes cos^exponent about `reflected`, by the grid. (n, 3)"""
         p, n, r = (floats(name, v, 3) for name, v in
                    (('positions', positions), ('normals', normals), ('reflected', reflected)))
@@ -227,7 +238,7 @@ class Relighter(Handle):
                                                    pointer(out)))
         return out
 
-    def glossy_on_lightmap(self, uvs, reflected, exponents, out=None):
+    def glossy_on_lightmap(self, uvs: ArrayLike, reflected: ArrayLike, exponents: ArrayLike, out: Floats | None = None) -> Floats:
         """The same at coordinates of the light map. (n, 3)"""
         uv, r, e = floats('uvs', uvs, 2), floats('reflected', reflected, 3), floats('exponents', exponents, 1)
         same_length(uvs=uv, reflected=r, exponents=e)
@@ -236,7 +247,7 @@ class Relighter(Handle):
                                                        pointer(out)))
         return out
 
-    def irradiance_map(self, out=None):
+    def irradiance_map(self, out: NDArray[numpy.float16] | None = None) -> NDArray[numpy.float16]:
         """Irradiance of the light map's texels, each for its own normal: (height, width, 4) of float16; a = 1 where there is
         light."""
         info = self.bake.info
@@ -244,14 +255,14 @@ class Relighter(Handle):
         self._check(runtime.relume_irradiance_map(self._open(), out.ctypes.data, out.nbytes))
         return out
 
-    def irradiance_map_l1(self, out=None):
+    def irradiance_map_l1(self, out: NDArray[numpy.float16] | None = None) -> NDArray[numpy.float16]:
         """Four layers of them, (4, height, width, 4): E(n) = max(layer 0 + n.x layer 1 + n.y layer 2 + n.z layer 3, 0)."""
         info = self.bake.info
         out = output('out', out, (4, info.lightmap_height, info.lightmap_width, 4), numpy.float16)
         self._check(runtime.relume_irradiance_map_l1(self._open(), out.ctypes.data, out.nbytes))
         return out
 
-    def resolve_textures(self):
+    def resolve_textures(self) -> list[ResolveTexture]:
         """The textures that resolve_glsl() reads, for a shader of one's own in any graphics API."""
         count = c_uint()
         self._check(runtime.relume_resolve_texture_count(self._open(), byref(count)))
@@ -265,20 +276,20 @@ class Relighter(Handle):
                                            bool(info.filtered), bool(info.light)))
         return textures
 
-    def resolve_texture(self, index, out=None):
+    def resolve_texture(self, index: int, out: NDArray[Any] | None = None) -> NDArray[Any]:
         """Texels of resolve_textures()[index], as of the last frame: (depth, height, width, channels)."""
         texture = self.resolve_textures()[index]
         out = output('out', out, texture.size, texture.dtype)
         self._check(runtime.relume_resolve_texture_write(self._open(), index, out.ctypes.data, out.nbytes))
         return out
 
-    def resolve_uniforms(self):
+    def resolve_uniforms(self) -> Floats:
         """uniform vec4 relumeGrid[6] of resolve_glsl(). (6, 4)"""
         out = numpy.zeros((6, 4), numpy.float32)
         self._check(runtime.relume_resolve_uniforms(self._open(), pointer(out)))
         return out
 
-    def resolve_glsl(self):
+    def resolve_glsl(self) -> str:
         """GLSL for after #version, 3.30 and ES 3.00 at least: relumeIrradianceLightmap(), relumeIrradianceGrid() and so on."""
         length = c_size_t()
         self._check(runtime.relume_resolve_glsl(self._open(), None, 0, byref(length)))
@@ -286,7 +297,7 @@ class Relighter(Handle):
         self._check(runtime.relume_resolve_glsl(self._open(), text, len(text), None))
         return text.value.decode()
 
-    def ambient_volume(self, origin, spacing, resolution, out=None):
+    def ambient_volume(self, origin: ArrayLike, spacing: ArrayLike, resolution: Sequence[int], out: Floats | None = None) -> Floats:
         """Irradiance for +x, -x, +y, -y, +z, -z at the points of a lattice of (x, y, z) points: (z, y, x, 6, 3)."""
         x, y, z = (int(r) for r in resolution)
         if min(x, y, z) < 1:
@@ -296,7 +307,7 @@ class Relighter(Handle):
                                                    (c_uint * 3)(x, y, z), pointer(out), out.nbytes))
         return out
 
-    def cache_coefficients(self, out=None):
+    def cache_coefficients(self, out: Floats | None = None) -> Floats:
         """Spherical harmonics coefficients of each cache: Y's, Co's, Cg's. (caches, coefficients)"""
         shape = (self.bake.info.caches, runtime.relume_coefficients_per_cache(self._open()))
         out = output('out', out, shape)

@@ -4,6 +4,9 @@ import ctypes
 from ctypes import c_float, c_uint
 
 import numpy
+from numpy.typing import NDArray
+
+Floats = NDArray[numpy.float32]
 
 
 def floats(name, values, width):

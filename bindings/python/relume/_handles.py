@@ -4,8 +4,11 @@ import collections
 import concurrent.futures
 import threading
 from ctypes import byref, c_void_p, sizeof
+from typing import TypeVar
 
 from ._library import API_VERSION, ContextDesc, ParallelFor, RelumeError, runtime
+
+Self = TypeVar('Self', bound='Handle')
 
 
 class Handle:
@@ -13,15 +16,15 @@ class Handle:
     _destroy = None
     _handle = None
 
-    def close(self):
+    def close(self) -> None:
         handle, self._handle = self._handle, None
         if handle:
             self._destroy(handle)
 
-    def __enter__(self):
+    def __enter__(self: Self) -> Self:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_) -> None:
         self.close()
 
     def __del__(self):

@@ -22,12 +22,22 @@ ParallelFor = ctypes.CFUNCTYPE(None, c_void_p, c_uint, Task, c_void_p)
 Visibility = ctypes.CFUNCTYPE(None, c_void_p, c_uint, c_uint, POINTER(c_float), POINTER(c_float), POINTER(c_float))
 
 
+class Info(Structure):
+    """What is read, and printed."""
+
+    def __repr__(self):
+        def shown(value):
+            return [round(each, 6) for each in value] if isinstance(value, ctypes.Array) else value
+        fields = (f'{name}={shown(getattr(self, name))!r}' for name, *_ in self._fields_ if name not in ('struct_size', 'values'))
+        return f'{type(self).__name__}({", ".join(fields)})'
+
+
 class ContextDesc(Structure):
     _fields_ = [('struct_size', c_size_t), ('api_version', c_uint), ('user', c_void_p), ('log', c_void_p),
                 ('parallel_for', ParallelFor), ('allocate', c_void_p), ('deallocate', c_void_p)]
 
 
-class BakeInfo(Structure):
+class BakeInfo(Info):
     _fields_ = [('struct_size', c_size_t), ('surfels', c_uint), ('nodes', c_uint), ('caches', c_uint),
                 ('sky_patches', c_uint), ('instances', c_uint), ('lightmap_width', c_uint), ('lightmap_height', c_uint),
                 ('luma_bands', c_uint), ('chroma_bands', c_uint), ('grid_origin', c_float * 3),
@@ -112,7 +122,7 @@ class LiveFrame(Structure):
                 ('freeze_voxels', c_int)]
 
 
-class LiveInfo(Structure):
+class LiveInfo(Info):
     _fields_ = [('struct_size', c_size_t), ('voxels', c_uint), ('dropped_voxels', c_uint), ('caches', c_uint)]
 
 

@@ -1,39 +1,45 @@
 # SPDX-License-Identifier: MIT
 """Lights and their shadows, as a frame hands them over."""
+from __future__ import annotations
+
 from ctypes import byref, sizeof
 from dataclasses import dataclass
+from typing import Callable
 
 import numpy
+from numpy.typing import ArrayLike
 
-from ._arrays import three
+from ._arrays import Floats, three
 from ._library import CLight, LightSetup, Visibility, runtime
 
 _DIRECTIONAL, _POINT, _SPOT = 0, 1, 2
+Shadows = Callable[[int, Floats, Floats], ArrayLike]  # light, positions, normals: shares of the light that reach them
 
 
 @dataclass
 class Light:
     """A punctual light as KHR_lights_punctual defines it; see the three constructors."""
     kind: int
-    intensity: tuple              # [W/sr], of a directional light [W/m2]
-    position: tuple = (0, 0, 0)   # [m]
-    direction: tuple = (0, -1, 0)  # the way the light travels, of length 1
+    intensity: ArrayLike          # [W/sr], of a directional light [W/m2]
+    position: ArrayLike = (0, 0, 0)  # [m]
+    direction: ArrayLike = (0, -1, 0)  # the way the light travels, of length 1
     range: float = 0.0            # [m] 0 = no limit
     inner_cone: float = 0.0       # [radians]
     outer_cone: float = 0.7853982
 
     @classmethod
-    def directional(cls, direction, irradiance):
+    def directional(cls, direction: ArrayLike, irradiance: ArrayLike) -> Light:
         """A sun; irradiance [W/m2] of a surface that faces it."""
         return cls(_DIRECTIONAL, irradiance, direction=direction)
 
     @classmethod
-    def point(cls, position, intensity, range=0.0):
+    def point(cls, position: ArrayLike, intensity: ArrayLike, range: float = 0.0) -> Light:
         """A lamp; intensity [W/sr]."""
         return cls(_POINT, intensity, position=position, range=range)
 
     @classmethod
-    def spot(cls, position, direction, intensity, inner_cone=0.0, outer_cone=0.7853982, range=0.0):
+    def spot(cls, position: ArrayLike, direction: ArrayLike, intensity: ArrayLike, inner_cone: float = 0.0,
+             outer_cone: float = 0.7853982, range: float = 0.0) -> Light:
         """A spotlight; cones are angles from its axis [radians]."""
         return cls(_SPOT, intensity, position, direction, range, inner_cone, outer_cone)
 
@@ -46,6 +52,11 @@ class Frame:
     """A LightSetup and what it points to."""
 
     def __init__(self, lights, visibility):
+        if isinstance(lights, Light):
+            raise TypeError('lights: a sequence of them expected, one Light found')
+        for i, light in enumerate(lights):
+            if not isinstance(light, Light):
+                raise TypeError(f'lights[{i}]: a Light expected, {type(light).__name__} found')
         self.kept, self.raised = [], []
         self.setup = LightSetup()
         runtime.relume_light_setup_default(byref(self.setup), sizeof(self.setup))
@@ -71,7 +82,10 @@ def _visibility_call(visibility, raised):
             points = [numpy.ctypeslib.as_array(p, (count, 3)) for p in (positions, normals)]
             for view in points:
                 view.flags.writeable = False
-            numpy.ctypeslib.as_array(visible, (count,))[:] = visibility(light, *points)
+            shares = visibility(light, *points)
+            if shares is None:  # numpy would take it for NaN
+                raise TypeError(f'visibility returned None, shares of shape ({count},) expected')
+            numpy.ctypeslib.as_array(visible, (count,))[:] = shares
         except BaseException as error:  # pylint: disable=broad-except
             raised.append(error)
 

@@ -10,11 +10,14 @@ is, correct the bake's light, and nowhere else.
 Both lights take the frame's lights and shadows, those of the level as it is. They are known near surfaces: what moves through the
 air keeps the bake's light. docs/notes/edits.md has errors and times.
 """
+from __future__ import annotations
+
 from ctypes import byref, c_void_p, sizeof
 
 import numpy
+from numpy.typing import ArrayLike
 
-from ._arrays import floats, output, pointer, same_length
+from ._arrays import Floats, floats, output, pointer, same_length
 from ._handles import Context, Handle
 from ._library import EditBlendDesc, EditBlendInfo, EditBox, RelumeError, runtime
 
@@ -30,7 +33,7 @@ class EditBlend(Handle):
     RelumeError: a box that is not finite and right side out, a length out of its range."""
     _destroy = staticmethod(runtime.relume_edit_blend_destroy)
 
-    def __init__(self, boxes, voxel, reach=0.0, fade=0.0):
+    def __init__(self, boxes: ArrayLike, voxel: float, reach: float = 0.0, fade: float = 0.0):
         array = numpy.ascontiguousarray(boxes, dtype=numpy.float32)
         if array.size and (array.ndim != 3 or array.shape[1:] != (2, 3)):
             raise ValueError(f'boxes: shape (n, 2, 3) expected, {array.shape} found')
@@ -48,14 +51,15 @@ class EditBlend(Handle):
         if status:
             raise RelumeError(status, runtime.relume_edit_blend_error(self._handle).decode())
 
-    def share(self, positions, out=None):
+    def share(self, positions: ArrayLike, out: Floats | None = None) -> Floats:
         """At points: change, of what the lights say has changed, and contact, of the light after the edit itself. (n, 2)"""
         p = floats('positions', positions, 3)
         out = output('out', out, (len(p), 2))
         self._check(runtime.relume_edit_blend_share(self._open(), len(p), pointer(p), pointer(out)))
         return out
 
-    def irradiance(self, shares, baked, before, after, out=None):
+    def irradiance(self, shares: ArrayLike, baked: ArrayLike, before: ArrayLike, after: ArrayLike,
+                   out: Floats | None = None) -> Floats:
         """Irradiance [W/m2] of the bake, corrected by that of the lights before and after the edit: the bake's to the bit where
         change is 0. `out` may be one of them. (n, 3)"""
         s = floats('shares', shares, 2)
@@ -66,11 +70,11 @@ class EditBlend(Handle):
                                                          pointer(out)))
         return out
 
-    def glsl(self):
+    def glsl(self) -> str:
         """The same for a shader: relumeEditShare() and relumeBlendEdited(), by uniforms() (relume/edit_blend.h)."""
         return runtime.relume_edit_blend_glsl(self._open()).decode()
 
-    def uniforms(self):
+    def uniforms(self) -> tuple[Floats, float]:
         """relumeEditBox (2 * boxes, 4) and relumeEditVoxel of that GLSL; relumeEditBoxes is half of the former's length."""
         info = EditBlendInfo(struct_size=sizeof(EditBlendInfo))
         self._check(runtime.relume_edit_blend_get_info(self._open(), byref(info)))

@@ -9,32 +9,36 @@
 
 docs/guide/embedding.md has what it is for, docs/notes/live.md its errors.
 """
+from __future__ import annotations
+
 from ctypes import byref, c_float, c_int, c_void_p, sizeof
 from dataclasses import dataclass
+from typing import Mapping, Sequence
 
 import numpy
+from numpy.typing import ArrayLike
 
-from ._arrays import axes, floats, indices, output, pointer, same_length, three, uints
+from ._arrays import axes, Floats, floats, indices, output, pointer, same_length, three, uints
 from ._handles import Context, Handle
 from ._library import LiveDesc, LiveEdit, LiveFrame, LiveInfo, LiveMesh, LivePart, LiveSurface, RelumeError, runtime
-from ._lights import Frame
+from ._lights import Frame, Light, Shadows
 
 
 @dataclass
 class Surface:
     """What triangles reflect and emit."""
-    albedo: tuple = (0.5, 0.5, 0.5)  # [0..1]
-    emission: tuple = (0, 0, 0)      # [W/m2/sr] of the front, and of the back where double_sided
-    coverage: float = 1.0            # [0..1] share of the triangle that is there: leaves, fences
-    double_sided: bool = False       # emits from its back as well; both sides of any triangle reflect
+    albedo: ArrayLike = (0.5, 0.5, 0.5)  # [0..1]
+    emission: ArrayLike = (0, 0, 0)  # [W/m2/sr] of the front, and of the back where double_sided
+    coverage: float = 1.0  # [0..1] share of the triangle that is there: leaves, fences
+    double_sided: bool = False  # emits from its back as well; both sides of any triangle reflect
 
 
 @dataclass
 class Mesh:
     """Triangles in the axes of their part. surfaces: by index, one for each triangle, or one for all."""
-    positions: object  # [m] (n, 3)
-    triangles: object  # (m, 3) indices of positions
-    surfaces: object = 0
+    positions: ArrayLike  # [m] (n, 3)
+    triangles: ArrayLike  # (m, 3) indices of positions
+    surfaces: ArrayLike = 0
 
 
 @dataclass
@@ -42,7 +46,7 @@ class Part:
     """A mesh that stands in the level. to_world: a matrix (3, 4) or (4, 4) for columns, the place in its last; None = as it is.
     moves: placed anew by move()."""
     mesh: int
-    to_world: object = None
+    to_world: ArrayLike | None = None
     moves: bool = False
 
 
@@ -56,8 +60,9 @@ class LiveLight(Handle):
     RelumeError: a number out of its range; the text names surface, mesh, triangle or part."""
     _destroy = staticmethod(runtime.relume_live_destroy)
 
-    def __init__(self, surfaces, meshes, parts, *, cells=32, rays_per_cell=64, box=None, surface_budget=0, cascades=1,
-                 box_follows_eye=False, eye=None, threads=1):
+    def __init__(self, surfaces: Sequence[Surface], meshes: Sequence[Mesh], parts: Sequence[Part], *, cells: int = 32,
+                 rays_per_cell: int = 64, box: ArrayLike | None = None, surface_budget: int = 0, cascades: int = 1,
+                 box_follows_eye: bool = False, eye: ArrayLike | None = None, threads: int = 1):
         self._context = Context(threads)
         self._moving = sum(bool(part.moves) for part in parts)
         self._next_rays = 0
@@ -100,13 +105,13 @@ class LiveLight(Handle):
             raise error
 
     @property
-    def info(self):
+    def info(self) -> LiveInfo:
         """voxels, dropped_voxels (without sides: they are black), and caches as of the last frame."""
         info = LiveInfo(struct_size=sizeof(LiveInfo))
         self._check(runtime.relume_live_get_info(self._open(), byref(info)))
         return info
 
-    def move(self, to_world):
+    def move(self, to_world: Sequence[ArrayLike]) -> None:
         """Where the moving parts are now, all of them in their order: matrices as Part has them."""
         if len(to_world) != self._moving:
             raise ValueError(f'to_world: {self._moving} matrices expected, {len(to_world)} found')
@@ -114,22 +119,23 @@ class LiveLight(Handle):
         self._check(runtime.relume_live_move(self._open(), (c_float * len(numbers))(*numbers), len(to_world)))
         self._raise_interrupt()
 
-    def edit(self, parts):
+    def edit(self, parts: Mapping[int, ArrayLike | None]) -> None:
         """{part: matrix} of standing parts that are placed elsewhere, by their index; None in place of the matrix = taken away."""
         edits = (LiveEdit * len(parts))(*[LiveEdit(part, axes(f'parts[{part}]', matrix), int(matrix is not None))
                                           for part, matrix in parts.items()])
         self._check(runtime.relume_live_edit_parts(self._open(), edits, len(edits)))
         self._raise_interrupt()
 
-    def centre(self, eye):
+    def centre(self, eye: ArrayLike) -> bool:
         """The eye is here now [m]: volumes follow it. Whether any has moved."""
         moved = c_int()
         self._check(runtime.relume_live_centre(self._open(), three('eye', eye), byref(moved)))
         self._raise_interrupt()
         return bool(moved.value)
 
-    def update(self, lights=(), visibility=None, *, keep=0.0, sky_radiance=0.0, sky_map=None, emission_scale=1.0,
-               bounce_scale=1.0, ray_set=None, freeze_voxels=False):
+    def update(self, lights: Sequence[Light] = (), visibility: Shadows | None = None, *, keep: float = 0.0,
+               sky_radiance: ArrayLike = 0.0, sky_map: ArrayLike | None = None, emission_scale: ArrayLike = 1.0,
+               bounce_scale: float = 1.0, ray_set: int | None = None, freeze_voxels: bool = False) -> None:
         """One frame. One that is refused leaves last frame's light. lights, visibility: as Relighter.relight() has them.
 
         keep: [0..1) share of last frame's light that stays: exp(-seconds / 0.15) hides the noise of few rays. sky_map: [W/m2/sr]
@@ -152,11 +158,11 @@ class LiveLight(Handle):
         self._check(status)
         self._next_rays = (how.ray_set + 1) % 2 ** 32
 
-    def reset(self):
+    def reset(self) -> None:
         """No light, as before the first frame."""
         self._check(runtime.relume_live_reset(self._open()))
 
-    def irradiance(self, positions, normals, out=None):
+    def irradiance(self, positions: ArrayLike, normals: ArrayLike, out: Floats | None = None) -> Floats:
         """Irradiance [W/m2] by all light but the lights' own, at points with unit normals. (n, 3)"""
         p, n = floats('positions', positions, 3), floats('normals', normals, 3)
         same_length(positions=p, normals=n)

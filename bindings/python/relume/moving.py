@@ -7,10 +7,14 @@
 
 docs/guide/embedding.md has what they do, docs/notes/moving.md errors and times.
 """
+from __future__ import annotations
+
 from ctypes import byref, c_void_p
 from dataclasses import dataclass
+from typing import Sequence
 
 import numpy
+from numpy.typing import ArrayLike
 
 from ._arrays import axes, floats, indices, pointer, uints
 from ._handles import Context, Handle
@@ -20,17 +24,17 @@ from ._library import CMovingMesh, MovingPart, RelumeError, runtime
 @dataclass
 class MovingMesh:
     """A rigid mesh in axes of its own. albedo, emission: of the whole, or one for each triangle, (m, 3)."""
-    positions: object  # [m] (n, 3)
-    triangles: object  # (m, 3) indices of positions, the front counter-clockwise
-    albedo: object = (0.5, 0.5, 0.5)  # [0..1]
-    emission: object = None           # [W/m2/sr] of the fronts
+    positions: ArrayLike  # [m] (n, 3)
+    triangles: ArrayLike  # (m, 3) indices of positions, the front counter-clockwise
+    albedo: ArrayLike = (0.5, 0.5, 0.5)  # [0..1]
+    emission: ArrayLike | None = None  # [W/m2/sr] of the fronts
 
 
 class MovingShapes(Handle):
     """Meshes as shapes that frames place; any relighters may share them. RelumeError: names mesh, vertex or triangle."""
     _destroy = staticmethod(runtime.relume_moving_shapes_destroy)
 
-    def __init__(self, meshes):
+    def __init__(self, meshes: Sequence[MovingMesh]):
         self._context = Context(1)
         kept, read = [], []  # until relume_moving_shapes_create() has read them
         for i, mesh in enumerate(meshes):
