@@ -14,6 +14,17 @@ import {needPackage} from './chromium.mjs';
 const [folder, relume, nativeLight, level, work] = process.argv.slice(2);
 needPackage(folder);
 const {hasSimd, loadBake, loadModule, MovingShapes, RelumeError, Relighter, WorkerRelighter} = await import(pathToFileURL(path.join(folder, 'src', 'index.js')));
+const {packLight} = await import(pathToFileURL(path.join(folder, 'src', 'webgl_lights.js')));
+
+// What the types promise as values is exported. three.js is not here: its module is read as text.
+for (const name of ['index', 'webgl', 'three']) {
+  const file = (end) => path.join(folder, 'src', `${name}.${end}`);
+  const promised = [...readFileSync(file('d.ts'), 'utf8').matchAll(/^export (?:class|function|const) (\w+)/gm)].map((found) => found[1]);
+  const text = readFileSync(file('js'), 'utf8');
+  const exported = name === 'three' ? [...text.matchAll(/^export (?:(?:class|function|const) |\{)(\w+)/gm)].map((found) => found[1])
+                                    : Object.keys(await import(pathToFileURL(file('js'))));
+  assert.deepEqual(promised.sort(), exported.sort(), name);
+}
 
 mkdirSync(work, {recursive: true});
 const bakeFile = path.join(work, 'level.relume'), nativeFile = path.join(work, 'native.bin');
@@ -160,6 +171,25 @@ async function checkModule(module) {
     assert.throws(() => relighter.relight({bounceScale: value}), (e) => e instanceof RelumeError && text.test(e.message) && e.status === 1 || assert.fail(`${e}, expected ${text}`));
   }
   assert.throws(() => relighter.relight({materials: [{material: 'no such', radiance: [1, 1, 1]}]}), /no drivable material "no such"/);
+  // What is no array of three would be copied as nothing, and leave what the last frame had there: three's vectors, single numbers.
+  class Vector3 { constructor() { Object.assign(this, {x: 1, y: 2, z: 3}); } }
+  const lamp = {kind: 'point', intensity: [1, 1, 1], position: [1, 1, 1]};
+  for (const [bad, text] of [
+    [{lights: [{...lamp, position: new Vector3()}]}, /lights\[0\]\.position is of type Vector3, expected an array of three/],
+    [{lights: [lamp, {...lamp, intensity: 20}]}, /lights\[1\]\.intensity is 20, expected an array of three/],
+    [{lights: [{kind: 'point'}]}, /lights\[0\]\.intensity is undefined/], [{lights: [{...lamp, direction: [0, -1]}]}, /lights\[0\]\.direction is \[0,-1\]/],
+    [{lights: lamp}, /lights is of type Object, expected an array/], [{skyRadiance: 0.1}, /skyRadiance is 0\.1/], [{emissionScale: [1, 1]}, /emissionScale is \[1,1\]/],
+    [{materials: [{material: 0, radiance: 3}]}, /materials\[0\]\.radiance is 3/], [{movingParts: {}}, /movingParts is of type Object/],
+  ]) {
+    assert.throws(() => relighter.relight(bad), (e) => e instanceof RelumeError && text.test(e.message) && e.status === 1 || assert.fail(`${e}, expected ${text}`));
+  }
+  assert.throws(() => relighter.irradianceInGrid([1, 2, 3, 4], [0, 1, 0, 0]), /positions has 4 elements, expected 3 numbers for each/);
+  assert.throws(() => relighter.irradianceOnLightmap([0.5], [0, 1, 0]), /uvs has 1 elements, expected 2/);
+  assert.deepEqual(relighter.coefficients(), kept);
+  for (const [name, value] of [['direction', new Vector3()], ['direction', [0, -1]], ['intensity', 20], ['position', new Vector3()]]) {
+    assert.throws(() => packLight({kind: 'spot', intensity: [1, 1, 1], [name]: value}, 0, new Float32Array(12)),
+                  (e) => e instanceof RelumeError && e.message.startsWith(`lights[0].${name} is `) || assert.fail(`${e}`));
+  }
   assert.throws(() => relighter.relight({lights: setup.lights, visibility() { throw new Error('of the host'); }}), /of the host/);
   assert.throws(() => new Relighter(bake, {lumaBands: 7}), /lumaBands is 7, expected 1 to 4/);
   assert.throws(() => new Relighter(bake, {lumaBands: 2, chromaBands: 3}), /chromaBands is 3/);

@@ -3,7 +3,7 @@
 // that of include/relume/relume.h; index.d.ts says what JavaScript hands over. Bake and Relighter own memory of the module,
 // which no garbage collector sees: dispose() of both gives it back.
 
-import {forgotten, kInvalidFile, kIo, kMemory, kUsage, RelumeError} from './errors.js';
+import {countOf, forgotten, kInvalidFile, kIo, kMemory, kUsage, list, RelumeError, vector} from './errors.js';
 import {handParts, requireMoving, shapesOf} from './moving.js';
 
 export {RelumeError};
@@ -246,9 +246,9 @@ export function writeLights(module, lights, address) {
       throw new RelumeError(`lights[${i}].kind is ${JSON.stringify(light.kind)}, expected "directional", "point" or "spot"`, kUsage);
     }
     words[at] = kind;
-    floats.set(light.intensity, at + 1);
-    floats.set(light.position ?? kZero, at + 4);
-    floats.set(light.direction ?? [0, 0, -1], at + 7);
+    floats.set(vector(`lights[${i}].intensity`, light.intensity), at + 1);
+    floats.set(vector(`lights[${i}].position`, light.position ?? kZero), at + 4);
+    floats.set(vector(`lights[${i}].direction`, light.direction ?? [0, 0, -1]), at + 7);
     floats[at + 10] = light.range ?? 0;
     floats[at + 11] = light.innerConeAngle ?? 0;
     floats[at + 12] = light.outerConeAngle ?? Math.PI / 4;
@@ -315,23 +315,24 @@ export class Relighter {
       }
       words.fill(0, kWords * i, kWords * (i + 1));
       words[kWords * i] = index;
-      floats.set(radiance, kWords * i + 1);
+      floats.set(vector(`materials[${i}].radiance`, radiance), kWords * i + 1);
     });
     return address;
   }
   relight(setup = {}) {
-    const {wasm} = this.module, relighter = this.alive, lights = setup.lights ?? [], materials = setup.materials ?? [];
+    const {wasm} = this.module, relighter = this.alive;
+    const lights = list('lights', setup.lights ?? []), materials = list('materials', setup.materials ?? []);
     const lightBlock = this.block('lights', 4 * kLightWords * Math.max(lights.length, kLightMin));
     const irradiance = this.hand('surfelIrradiance', setup.surfelIrradiance, 3 * this.info.surfels);
     const emission = this.hand('surfelEmission', setup.surfelEmission, 3 * this.info.surfels);
     const sky = this.hand('skyPatches', setup.skyPatches, 3 * this.info.skyPatches);
-    const driven = this.handMaterials(materials), movingParts = setup.movingParts ?? [];
+    const driven = this.handMaterials(materials), movingParts = list('movingParts', setup.movingParts ?? []);
     const parts = handParts(this, movingParts), shapes = shapesOf(this, setup.movingShapes);
     const scalars = this.block('scalars', 4 * kScalars);
     // From here on nothing is allocated here, so that these views last.
     writeLights(this.module, lights, lightBlock);
     this.module.floats(scalars, kScalars)
-        .set([...(setup.skyRadiance ?? kZero), ...(setup.emissionScale ?? kOne), setup.bounceScale ?? 1]);
+        .set([...vector('skyRadiance', setup.skyRadiance ?? kZero), ...vector('emissionScale', setup.emissionScale ?? kOne), setup.bounceScale ?? 1]);
     let thrown = null;
     if (setup.visibility) {
       this.module.callbacks.set(relighter, (light, count, positions, normals, visible) => {
@@ -375,14 +376,14 @@ export class Relighter {
   }
   // Irradiance at receivers: arrays of three floats each, uvs of two.
   irradianceOnLightmap(uvs, normals, geometricNormals = null) {
-    const count = uvs.length / 2, from = this.hand('uvs', uvs, 2 * count), n = this.hand('normals', normals, 3 * count);
+    const count = countOf('uvs', uvs, 2), from = this.hand('uvs', uvs, 2 * count), n = this.hand('normals', normals, 3 * count);
     const g = this.hand('geometricNormals', geometricNormals, 3 * count);
     const view = this.output('irradiance', 12 * count,
                              (to) => this.module.wasm._relume_irradiance_on_lightmap(this.alive, count, from, n, g, to));
     return new Float32Array(view.buffer, view.byteOffset, 3 * count);
   }
   irradianceInGrid(positions, normals) {
-    const count = positions.length / 3, p = this.hand('positions', positions, 3 * count), n = this.hand('normals', normals, 3 * count);
+    const count = countOf('positions', positions, 3), p = this.hand('positions', positions, 3 * count), n = this.hand('normals', normals, 3 * count);
     const view = this.output('irradiance', 12 * count, (to) => this.module.wasm._relume_irradiance_in_grid(this.alive, count, p, n, to));
     return new Float32Array(view.buffer, view.byteOffset, 3 * count);
   }

@@ -7,6 +7,8 @@ import {loadBake, RelumeError} from './core.js';
 import {RelumeProbes} from './three_probes.js';
 import {GpuRelighter} from './webgl.js';
 
+export {RelumeProbes};
+
 const kLayer = 31;    // of the surfels, and of lights in addition to their own
 const kWidth = 512;   // [texel] rows of surfels
 

@@ -4,6 +4,7 @@
 // Where the context cannot draw into floating-point textures the frames come from WebAssembly instead, and `backend` and
 // `reason` say so. The light is the CPU backend's, to the rounding of halves and of packed colours (docs/notes/web.md).
 import {RelumeError, Relighter} from './core.js';
+import {list} from './errors.js';
 import {isVector, packLight, refuse} from './webgl_lights.js';
 import {GlObjects, setState} from './webgl_objects.js';
 import {makePasses} from './webgl_passes.js';
@@ -183,7 +184,7 @@ export class GpuRelighter {
     for (const upload of this.uploads) upload?.();
   }
   relightOnGpu(setup) {
-    const frame = {...setup, lights: setup.lights ?? [], skyRadiance: setup.skyRadiance ?? [0, 0, 0],
+    const frame = {...setup, lights: list('lights', setup.lights ?? []), skyRadiance: setup.skyRadiance ?? [0, 0, 0],
                    emissionScale: setup.emissionScale ?? [1, 1, 1], bounceScale: setup.bounceScale ?? 1};
     this.checkFrame(frame);
     this.handOver(frame);

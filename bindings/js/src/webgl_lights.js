@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: MIT
 // The host's lights, checked, as the passes read them.
 import {RelumeError} from './core.js';
+import {vector} from './errors.js';
 
 const kUsage = 1;
 
 export const isVector = (v) => v && v.length === 3 && Array.prototype.every.call(v, Number.isFinite);
 export const refuse = (text) => { throw new RelumeError(text, kUsage); };
 
-// RelumeLight of shaders/shared/layout.h, twelve floats, as runtime/gl/passes.cpp packs it.
+// RelumeLight of shaders/shared/layout.h, twelve floats, as runtime/passes/pack_lights.cpp packs it.
 export function packLight(light, i, to) {
   if (!['directional', 'point', 'spot'].includes(light.kind)) {
     refuse(`lights[${i}].kind is ${JSON.stringify(light.kind)}, expected "directional", "point" or "spot"`);
   }
   if (!isVector(light.intensity) || light.intensity.some((v) => v < 0 || v > 1e20)) refuse(`lights[${i}].intensity is ${light.intensity}, expected three numbers in [0..1e20]`);
   const directional = light.kind === 'directional', spot = light.kind === 'spot', at = 12 * i;
-  const position = light.position ?? [0, 0, 0], direction = light.direction ?? [0, 0, -1];
+  const position = light.position ?? [0, 0, 0], direction = vector(`lights[${i}].direction`, light.direction ?? [0, 0, -1]);
   if (!directional && !isVector(position)) refuse(`lights[${i}].position is ${position}, expected three finite numbers`);
   const length = Math.hypot(...direction);
   if ((directional || spot) && !(Math.abs(length - 1) <= 0.01)) refuse(`lights[${i}].direction has length ${length}, expected 1`);
