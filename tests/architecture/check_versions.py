@@ -21,6 +21,7 @@ PLACES = [
     ('docs/guide/embedding.md', r'\blibrelume(\d[\d.]*\d)', 'MINOR'),
     ('tests/consumer/installed/CMakeLists.txt', r'find_package\(relume ([\d.]+)', 'MINOR'),
     ('tests/consumer/baking/CMakeLists.txt', r'find_package\(relume ([\d.]+)', 'MINOR'),
+    ('tests/consumer/c_only/CMakeLists.txt', r'find_package\(relume ([\d.]+)', 'MINOR'),
     ('samples/04_embed/CMakeLists.txt', r'find_package\(relume ([\d.]+)', 'MINOR'),
     ('samples/06_vulkan_headless/CMakeLists.txt', r'find_package\(relume ([\d.]+)', 'MINOR'),
     ('samples/07_ogre/CMakeLists.txt', r'find_package\(relume ([\d.]+)', 'MINOR'),

@@ -8,7 +8,7 @@ What follows "sh" on the line that opens a block says how it is run:
     ```sh needs: PROGRAM        skipped, with a line that says so, where there is no such program
     ```sh not run: REASON       never run
 
-Links of the pages are followed as well: files and headings of this repository must be there.
+Links are followed as well, of all documents: files and headings of this repository must be there.
 
     guide_test.py --source DIR --work DIR --path DIR[:DIR...]
 """
@@ -106,7 +106,8 @@ def main():
             print("\n".join(log))
             failures += found
             not_run += skipped
-    for page in [*pages, *sorted((source / "docs/notes").glob("*.md"))]:
+    linked = {*pages, *source.glob("*.md"), *source.glob("docs/**/*.md"), *source.glob("bindings/*/*.md"), source / "formats/README.md"}
+    for page in sorted(linked):
         failures += broken_links(page)
     for picture in sorted((source / "docs/guide/pictures").glob("*.png")):
         if picture.stat().st_size > 150 * 1024:
