@@ -70,6 +70,7 @@ void printCertificate(const Json& certificate) {
   }
   for (std::size_t i = 0; i < std::min(kParts, certificate["parts"].size()); ++i) {
     const Json& part = certificate["parts"][i];
+    if (!(part["share"].get<double>() > 0.0)) break;  // the others are less than the estimate's noise
     std::printf("  %5.1f %% of it on node \"%s\", %s receivers\n", 100.0 * part["share"].get<double>(),
                 plain(part["node"]).c_str(), plain(part["receivers"]).c_str());
   }
