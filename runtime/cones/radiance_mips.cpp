@@ -59,7 +59,7 @@ glm::vec4 ofVoxel(const VoxelVolume& volume, const glm::ivec3& voxel, const glm:
   const VoxelRadiance& r = volume.radiance()[side / 2];
   const float depth = depthOfWall(std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2])}));
   if (sides) return {depth * (side % 2 == 0 ? r.front : r.back), depth};
-  const float a = volume.side(side & ~1u).area, b = volume.side(side | 1u).area;
+  const float a = volume.side(side & ~1u).area(), b = volume.side(side | 1u).area();
   return {depth * glm::mix(r.back, r.front, a + b > 0.0f ? a / (a + b) : 0.5f), depth};
 }
 
@@ -74,7 +74,7 @@ glm::vec4 ofVoxelAlong(const VoxelVolume& volume, const glm::ivec3& voxel, std::
               depth = depthOfWall(std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2])})) *
                       std::max(cosine, kEdgeOn);
   const auto of = [&r](std::uint32_t s) { return s % 2 == 0 ? r.front : r.back; };
-  const bool isBack = volume.side(side).area == 0.0f && volume.side(side ^ 1u).area > 0.0f;
+  const bool isBack = volume.side(side).area() == 0.0f && volume.side(side ^ 1u).area() > 0.0f;
   return {depth * glm::mix(of(isBack ? side ^ 1u : side), of(side), cosine), depth};
 }
 
@@ -83,10 +83,8 @@ glm::vec4 ofVoxelAlong(const VoxelVolume& volume, const glm::ivec3& voxel, std::
 bool isBehind(const VoxelVolume& volume, const glm::ivec3& voxel, const glm::vec3& direction, const glm::vec3& place) {
   const std::uint32_t side = volume.sideAt(voxel, direction);
   if (side == kNoSide) return false;
-  const auto before = [&](const VoxelSide& s) {
-    return glm::dot(place - volume.grid().toGrid(s.positionWorld), s.normal);
-  };
-  return before(volume.side(side)) < before(volume.side(side ^ 1u));
+  const auto before = [&](std::uint32_t s) { return glm::dot(place - volume.placeOfSide(s), volume.side(s).normal()); };
+  return before(side) < before(side ^ 1u);
 }
 
 // The 2 x 2 x 2 parts of a voxel, seen along one of six directions: the mean of four columns.

@@ -57,14 +57,14 @@ glm::ivec3 inBytes(const glm::vec3& normal) { return glm::ivec3(glm::floor(127.0
 
 // [m²] Of a side that no triangle faces, that of the backs of those that face the other one.
 float areaOf(const VoxelVolume& volume, std::uint32_t side) {
-  const float own = volume.side(side).area;
-  return own > 0.0f ? own : volume.side(side ^ 1u).area;
+  const float own = volume.side(side).area();
+  return own > 0.0f ? own : volume.side(side ^ 1u).area();
 }
 
 // The neighbour's side that a side with little area goes to, or that itself where there is none.
 std::uint32_t targetOf(const VoxelVolume& volume, std::uint32_t side, float face) {
-  const VoxelSide& from = volume.side(side);
-  const glm::ivec3 normal = inBytes(from.normal);
+  const glm::vec3 from = volume.side(side).normal();
+  const glm::ivec3 normal = inBytes(from);
   std::uint32_t best = side;
   float most = 0.0f;
   for (int i = 0; i < 27; ++i) {
@@ -73,7 +73,7 @@ std::uint32_t targetOf(const VoxelVolume& volume, std::uint32_t side, float face
     const std::uint32_t voxel = voxelAt(volume, volume.voxelOfSide(side) + step);
     if (voxel == kNoVoxel) continue;
     const std::uint32_t other = sideFacing(volume, voxel, normal);
-    const float area = areaOf(volume, other), cosine = glm::dot(volume.side(other).normal, from.normal);
+    const float area = areaOf(volume, other), cosine = glm::dot(volume.side(other).normal(), from);
     if (area < kLittle * face || cosine < kSameWay) continue;
     // The nearest, then the one with most area
     const float worth = cosine * std::min(area, face) / static_cast<float>(glm::dot(glm::vec3(step), glm::vec3(step)));
@@ -221,7 +221,7 @@ Status RsmVoxels::light(VoxelVolume& volume, std::span<const RsmImage> images, c
         const std::uint64_t* const sum = &sums_[3 * std::size_t{targets_.side[s]}];
         const glm::vec3 flux = glm::vec3(cut(sum[0]), cut(sum[1]), cut(sum[2])) * unit_;
         volume.setRadiance(
-            s, glm::min(flux * targets_.perFlux[s] + volume.side(s).emission * emissionScale, kMaxRadiance));
+            s, glm::min(flux * targets_.perFlux[s] + volume.emissionOfSide(s) * emissionScale, kMaxRadiance));
       }
     });
     injectMs_ = watch.lap();

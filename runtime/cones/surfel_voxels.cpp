@@ -43,7 +43,7 @@ Placed sideAround(const VoxelVolume& volume, const glm::vec3& place, const glm::
     if (!volume.grid().holds(v) || !layer.has(volume.grid(), v)) continue;
     const std::uint32_t number = layer.numberOf(volume.grid(), v);
     if (number >= layer.kept) continue;
-    const float cosine = glm::dot(layer.axis[number], normal);
+    const float cosine = glm::dot(glm::vec3(layer.axis[number]), normal) / 127.0f;
     return {2 * number + (cosine >= 0.0f ? 0 : 1), std::abs(cosine)};
   }
   return {};
@@ -74,7 +74,7 @@ Result<SurfelVoxels> SurfelVoxels::create(const VoxelVolume& volume, const Bake&
     }
     std::uint32_t with = 0, all = 0;
     for (std::uint32_t s = 0; s < sides; ++s) {
-      if (volume.side(s).area > 0.0f) {
+      if (volume.side(s).area() > 0.0f) {
         ++all;
         if (lit.first_[s + 1] > lit.first_[s]) ++with;
       }
@@ -98,15 +98,12 @@ Status SurfelVoxels::light(VoxelVolume& volume, const Relighter& relighter, cons
   try {
     // What the grid has at sides without surfels. With OpenGL the first look-up reads the caches back: by this thread.
     static_cast<void>(relighter.irradianceInGrid(glm::vec3(0.0f), glm::vec3(0.0f, 1.0f, 0.0f)));
-    bounced_.assign(volume.sideCount(), glm::vec3(0.0f));
     const auto hasSurfels = [&](std::uint32_t s) { return s < volume.standingSides() && first_[s + 1] > first_[s]; };
-    forChunks(volume.parallelFor(), volume.sideCount(), kBakeSides, [&](std::uint32_t begin, std::uint32_t end) {
-      for (std::uint32_t s = begin; s < end; ++s) {
-        const VoxelSide& side = volume.side(s);
-        if (!hasSurfels(s)) bounced_[s] = relighter.irradianceInGrid(side.positionWorld, side.normal);
-      }
-    });
-    volume.reflect(bounced_, emissionScale);
+    const auto bounced = [&](std::uint32_t s) {
+      if (hasSurfels(s)) return glm::vec3(0.0f);
+      return relighter.irradianceInGrid(volume.positionOfSide(s), volume.side(s).normal());
+    };
+    volume.reflect(bounced, emissionScale);
     // The mean of the surfels, which are all of one size, by how squarely they face the side
     const std::vector<glm::vec3> radiosity = relighter.nodeRadiosity();
     forChunks(volume.parallelFor(), volume.standingSides(), kBakeSides, [&](std::uint32_t begin, std::uint32_t end) {

@@ -44,7 +44,6 @@ class SurfelVoxels {
  private:
   std::vector<std::uint32_t> first_;  // [Size standing sides + 1] of each side in sender_
   std::vector<Sender> sender_;
-  std::vector<glm::vec3> bounced_;  // [W/m²] [Size sides]
   std::uint64_t standingVersion_ = 0;
   float covered_ = 0.0f;
 };

@@ -41,12 +41,12 @@ void addContent(const VoxelLayer& layer, const ParallelFor& parallelFor, std::sp
                 digest.add(layer.bits[c]);
                 const auto count = static_cast<std::uint32_t>(std::popcount(layer.bits[c]));
                 for (std::uint32_t v = layer.first[c]; v < std::min(layer.first[c] + count, layer.kept); ++v) {
-                  digest.add(layer.axis[v]);
+                  digest.add(glm::vec3(layer.axis[v]));
                   for (std::size_t s = 0; s < 2; ++s) {
                     const VoxelSide& side = layer.side[2 * std::size_t{v} + s];
-                    digest.add(side.positionWorld);
-                    digest.add(side.normal);
-                    digest.add(side.area == 0.0f ? 0 : 1);
+                    digest.add(side.place());
+                    digest.add(side.normal());
+                    digest.add(side.area() == 0.0f ? 0 : 1);
                   }
                 }
                 content[c] = digest.sum();

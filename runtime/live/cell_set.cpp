@@ -40,7 +40,7 @@ std::uint32_t backsSeen(const VoxelVolume& volume, const glm::vec3& position) {
     const MarchHit hit = VoxelMarch(volume.grid(), bits, position, direction).first(far);
     if (!hit.found) continue;
     const std::uint32_t side = volume.sideAt(hit.voxel, direction);
-    if (side != kNoSide && volume.side(side).area == 0.0f) ++backs;
+    if (side != kNoSide && volume.side(side).area() == 0.0f) ++backs;
   }
   return backs;
 }
@@ -70,19 +70,18 @@ bool placeCache(const VoxelVolume& volume, std::uint32_t cell, const std::array<
 }
 
 // The planes of voxels: between what faces their two sides.
-void copyPlanes(const VoxelLayer& layer, const VolumeGrid& grid, CellSet& cells) {
+void copyPlanes(const VoxelLayer& layer, CellSet& cells) {
   cells.first = layer.first;
   cells.plane.resize(layer.kept);
   for (std::uint32_t i = 0; i < layer.kept; ++i) {
-    const glm::vec3 middle = glm::vec3(layer.voxel[i]) + 0.5f;
+    const glm::i8vec3& axis = layer.axis[i];
     const auto along = [&](const VoxelSide& side) {
-      return glm::dot(grid.toGrid(side.positionWorld) - middle, layer.axis[i]) * static_cast<float>(kVoxelSteps);
+      return glm::dot(side.place(), glm::vec3(axis) / 127.0f) * static_cast<float>(kVoxelSteps);
     };
     const VoxelSide &front = layer.side[2 * std::size_t{i}], &back = layer.side[2 * std::size_t{i} + 1];
-    for (int k = 0; k < 3; ++k)
-      cells.plane[i][static_cast<std::size_t>(k)] = static_cast<std::int8_t>(std::lrint(127.0f * layer.axis[i][k]));
-    cells.plane[i][3] =
+    const auto place =
         static_cast<std::int8_t>(std::clamp(std::lrint(0.5f * (along(front) + along(back))), -127l, 127l));
+    cells.plane[i] = {axis.x, axis.y, axis.z, place};
   }
 }
 
@@ -118,7 +117,7 @@ CellSet contentOf(const VoxelVolume& volume, const CellSet* before) {
     cells.standingContent = before->standingContent;
   } else {
     cells.standing.assign(volume.standing().bits.begin(), volume.standing().bits.end());
-    copyPlanes(volume.standing(), grid, cells);
+    copyPlanes(volume.standing(), cells);
     cells.standingContent.assign(grid.cellCount(), 0);
     addContent(volume.standing(), volume.parallelFor(), cells.standingContent);
   }

@@ -119,10 +119,9 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
   std::vector<SideStencil> standing(volume.standingSides()), moving(volume.sideCount() - volume.standingSides());
   forChunks(volume.parallelFor(), volume.sideCount(), kSidesAtOnce, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t s = begin; s < end; ++s) {
-      const VoxelSide& side = volume.side(s);
       SideStencil& stencil = s < standing.size() ? standing[s] : moving[s - standing.size()];
       if (s < standing.size() && kept(s, stencil)) continue;
-      stencil = sideStencilAt(cells, cells.grid.toGrid(side.positionWorld), side.normal);
+      stencil = sideStencilAt(cells, volume.placeOfSide(s), volume.side(s).normal());
     }
   });
   cells_ = std::move(cells);
@@ -181,9 +180,9 @@ Status LiveCaches::reflect(VoxelVolume& volume, const LiveFrame& frame, const Li
         bounced = [&](std::uint32_t s) {
           const SideStencil& stencil = s < standing_.size() ? standing_[s] : moving_[s - standing_.size()];
           return frame.bounceScale *
-                 readStencil(unpacked(cells_, stencil), coefficients_, brightest_, volume.side(s).normal);
+                 readStencil(unpacked(cells_, stencil), coefficients_, brightest_, volume.side(s).normal());
         };
-      volume.reflectBy(bounced, frame.emissionScale);
+      volume.reflect(bounced, frame.emissionScale);
     }
     bounceMs_ = watch.lap();
   } catch (const std::bad_alloc&) {

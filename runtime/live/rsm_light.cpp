@@ -74,8 +74,8 @@ float averageAlbedoOf(const VoxelVolume& volume) {
   double sum = 0.0, area = 0.0;
   for (std::uint32_t s = 0; s < volume.sideCount(); ++s) {
     const VoxelSide& side = volume.side(s);
-    sum += static_cast<double>(side.area) * rgbToYCoCg(side.albedo).x;
-    area += side.area;
+    sum += static_cast<double>(side.area()) * rgbToYCoCg(side.albedo()).x;
+    area += side.area();
   }
   return area > 0.0 ? static_cast<float>(sum / area) : 0.0f;
 }

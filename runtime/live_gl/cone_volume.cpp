@@ -56,13 +56,13 @@ void ConeVolume::findVoxels(const VoxelVolume& volume) {
                   if (number >= (moves ? moving : standing).kept) continue;
                   const std::uint32_t voxel = moves ? standing.kept + number : number;
                   const VoxelSide &front = volume.side(2 * voxel), &back = volume.side(2 * voxel + 1);
-                  const float area = front.area + back.area;
-                  source_[i] = {voxel, area > 0.0f ? front.area / area : 0.5f};
+                  const float area = front.area() + back.area();
+                  source_[i] = {voxel, area > 0.0f ? front.area() / area : 0.5f};
                   glm::vec4* const to = &sideTexels_[kConeSideTexels * std::size_t{i}];
-                  to[0] = glm::vec4(grid_.toGrid(front.positionWorld), source_[i].front);
-                  to[1] = glm::vec4(front.normal, 0.0f);
-                  to[2] = glm::vec4(grid_.toGrid(back.positionWorld), 0.0f);
-                  to[3] = glm::vec4(back.normal, 0.0f);
+                  to[0] = glm::vec4(volume.placeOfSide(2 * voxel), source_[i].front);
+                  to[1] = glm::vec4(front.normal(), 0.0f);
+                  to[2] = glm::vec4(volume.placeOfSide(2 * voxel + 1), 0.0f);
+                  to[3] = glm::vec4(back.normal(), 0.0f);
                 }
               }
             });
@@ -136,8 +136,8 @@ std::vector<RelumeRsmVoxel> ConeVolume::rsmVoxels(const VoxelVolume& volume) con
     to.axis = packAxis({axis[0], axis[1], axis[2]});
     to.front = targets.side[2 * std::size_t{from}];
     to.back = targets.side[2 * std::size_t{from} + 1];
-    to.frontLight = glm::vec4(volume.side(2 * from).emission, targets.perFlux[2 * std::size_t{from}]);
-    to.backLight = glm::vec4(volume.side(2 * from + 1).emission, targets.perFlux[2 * std::size_t{from} + 1]);
+    to.frontLight = glm::vec4(volume.emissionOfSide(2 * from), targets.perFlux[2 * std::size_t{from}]);
+    to.backLight = glm::vec4(volume.emissionOfSide(2 * from + 1), targets.perFlux[2 * std::size_t{from} + 1]);
   }
   return voxels;
 }

@@ -22,27 +22,28 @@ struct PackedLayer {
   std::vector<glm::uvec2> voxels;                  // a voxel
   std::vector<std::array<glm::uvec2, 4>> samples;  // a side
 
-  PackedLayer(const VolumeGrid& grid, const VoxelLayer& layer) {
+  explicit PackedLayer(const VoxelLayer& layer) {
     sides.reserve(3 * layer.side.size());
     samples.reserve(layer.side.size());
-    for (const VoxelSide& side : layer.side) {
-      sides.emplace_back(grid.toGrid(side.positionWorld), side.albedo.x);
-      sides.emplace_back(side.normal, side.albedo.y);
-      sides.emplace_back(side.emission, side.albedo.z);
+    auto emits = layer.emission.begin();
+    for (std::uint32_t s = 0; s < layer.side.size(); ++s) {
+      const VoxelSide& side = layer.side[s];
+      const bool isEmitter = emits != layer.emission.end() && emits->side == s;
+      const glm::vec3 albedo = side.albedo(), emission = isEmitter ? (emits++)->emission : glm::vec3(0.0f);
+      sides.emplace_back(glm::vec3(layer.voxel[s / 2]) + 0.5f + side.place(), albedo.x);
+      sides.emplace_back(side.normal(), albedo.y);
+      sides.emplace_back(emission, albedo.z);
       std::array<glm::uvec2, 4>& to = samples.emplace_back();
-      for (std::size_t k = 0; k < 4; ++k) to[k] = packSample(side.sample[k]);
+      for (std::size_t k = 0; k < 4; ++k) to[k] = packSample(side.samples()[k]);
     }
     voxels.reserve(layer.kept);
     for (std::uint32_t v = 0; v < layer.kept; ++v)
-      voxels.emplace_back(packAxis(glm::ivec3(glm::floor(127.0f * layer.axis[v] + 0.5f))),
-                          packVoxel(glm::ivec3(layer.voxel[v])));
+      voxels.emplace_back(packAxis(glm::ivec3(layer.axis[v])), packVoxel(glm::ivec3(layer.voxel[v])));
   }
 
   static glm::uvec2 packSample(const SideSample& sample) {
-    const auto byte = [](std::int8_t v) { return std::uint32_t{static_cast<std::uint8_t>(v)}; };
-    return {
-        byte(sample.place[0]) | byte(sample.place[1]) << 8 | byte(sample.place[2]) << 16 | byte(sample.normal[0]) << 24,
-        byte(sample.normal[1]) | byte(sample.normal[2]) << 8 | std::uint32_t{sample.count} << 16};
+    const glm::uvec3 place = glm::uvec3(sample.place()) & 255u, normal = glm::uvec3(sample.normal()) & 255u;
+    return {place.x | place.y << 8 | place.z << 16 | normal.x << 24, normal.y | normal.z << 8 | sample.count() << 16};
   }
 };
 
@@ -94,7 +95,7 @@ void LitSides::follow(const VoxelVolume& volume, std::uint32_t firstRow) {
   for (const auto& [buffer, bytes] : buffers) grown = buffer->reserve(bytes * all) || grown;
   radiance_->reserve(firstRow + rowsOfSides(all));
   const auto write = [&](const VoxelLayer& layer, std::size_t first) {
-    const PackedLayer packed(grid_, layer);
+    const PackedLayer packed(layer);
     sides_.write(48 * first, bytesOf(packed.sides));
     samples_.write(32 * first, bytesOf(packed.samples));
     voxels_.write(4 * first, bytesOf(packed.voxels));

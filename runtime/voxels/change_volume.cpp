@@ -154,10 +154,8 @@ VoxelVolume::SideLight VoxelVolume::sideLight(const VoxelLayer& standing, const 
   light.direct.resize(sides, glm::vec3(0.0f));
   light.radiance.resize(sides / 2);
   for (std::size_t v = same / 2; v < sides / 2; ++v) {
-    const glm::vec3& axis = v < standing.kept ? standing.axis[v] : moving.axis[v - standing.kept];
-    for (int k = 0; k < 3; ++k)
-      light.radiance[v].axis[static_cast<std::size_t>(k)] =
-          static_cast<std::int8_t>(std::floor(127.0f * axis[k] + 0.5f));
+    const glm::i8vec3& axis = v < standing.kept ? standing.axis[v] : moving.axis[v - standing.kept];
+    light.radiance[v].axis = {axis.x, axis.y, axis.z};
   }
   return light;
 }

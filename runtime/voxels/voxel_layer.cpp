@@ -140,37 +140,34 @@ void addSides(const SnappedTriangle& t, std::uint32_t triangle, const SummedSurf
 }
 
 // The places at which direct light is found, each once.
-void fillSamples(std::span<const SnappedTriangle> triangles, const glm::ivec3& voxel, const SideSums& sums, bool isBack,
-                 VoxelSide& side) {
+VoxelSide::Samples samplesOf(std::span<const SnappedTriangle> triangles, const glm::ivec3& voxel, const SideSums& sums,
+                             bool isBack) {
+  VoxelSide::Samples samples;
   std::size_t used = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     const SnappedTriangle& t = triangles[static_cast<std::size_t>(sums.nearest[i] & 0xFFFFFFFF)];
-    const glm::ivec3 place = placeIn(t, voxel, kSubCentres[i]);
-    SideSample sample;
-    for (std::size_t k = 0; k < 3; ++k) {
-      sample.place[k] = static_cast<std::int8_t>(place[static_cast<int>(k)]);
-      sample.normal[k] = static_cast<std::int8_t>(isBack ? -t.normal[k] : t.normal[k]);
-    }
-    const auto same =
-        std::find_if(side.sample.begin(), side.sample.begin() + static_cast<std::ptrdiff_t>(used),
-                     [&](const SideSample& s) { return s.place == sample.place && s.normal == sample.normal; });
-    if (same == side.sample.begin() + static_cast<std::ptrdiff_t>(used)) side.sample[used++] = sample;
-    ++same->count;
+    const glm::ivec3 place = placeIn(t, voxel, kSubCentres[i]), normal = isBack ? -normalOf(t) : normalOf(t);
+    std::size_t same = 0;
+    while (same < used && !(samples[same].place() == place && samples[same].normal() == normal)) ++same;
+    samples[same] = SideSample(place, normal, same < used ? samples[same].count() + 1 : 1);
+    used = std::max(used, same + 1);
   }
+  return samples;
 }
 
-// The sums as numbers. `own`: of triangles that face this side, `other`: of those that face the opposite one.
+// The sums as numbers. `own`: of triangles that face this side, `other`: of those that face the opposite one. emission:
+// what it emits. [W/m²/sr]
 VoxelSide finish(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const glm::ivec3& voxel,
-                 const glm::vec3& axis, const SideSums& own, const SideSums& other, bool front, double emissionUnit) {
+                 const glm::vec3& axis, const SideSums& own, const SideSums& other, bool front, double emissionUnit,
+                 glm::vec3& emission) {
   const bool isBack = own.weight == 0;
   const SideSums& s = isBack ? other : own;
   const double weight = static_cast<double>(s.weight);
   const glm::dvec3 outward = (front ? 1.0 : -1.0) * glm::dvec3(axis);
-  VoxelSide side;
   const glm::dvec3 sum = toDouble(s.normal);
   const double length = glm::length(sum);
-  side.normal = length > 0.0 ? glm::vec3((isBack ? -1.0 : 1.0) * sum / length) : glm::vec3(outward);
-  side.albedo = glm::vec3(toDouble(s.albedo) / (weight * kAlbedoSteps));
+  const glm::vec3 normal = length > 0.0 ? glm::vec3((isBack ? -1.0 : 1.0) * sum / length) : glm::vec3(outward);
+  const glm::vec3 albedo(toDouble(s.albedo) / (weight * kAlbedoSteps));
   // Emitters lie before other surfaces or beside them, so their flux is kept: spread over a plane through the voxel. In
   // a corner walls hide all that is not theirs, be they ever so small. Shares of area are counted in sixteenths of a
   // voxel: a quarter too much here is missing next door.
@@ -181,20 +178,19 @@ VoxelSide finish(const VolumeGrid& grid, std::span<const SnappedTriangle> triang
     const double walls = s.across > 0 ? std::min(static_cast<double>(s.facing + s.across), plane) : plane;
     // What lies on the face of a voxel has its area in the next one, and may be met here first.
     const double all = s.within > 0 ? std::max(0.8 * emitting, walls) : emitting;
-    side.emission = glm::vec3(toDouble(isBack ? s.backEmission : s.emission) * (emissionUnit / all));
+    emission = glm::vec3(toDouble(isBack ? s.backEmission : s.emission) * (emissionUnit / all));
   }
+  float area = 0.0f;
   if (!isBack) {
     const double step = double{grid.voxel} / kVoxelSteps;
-    side.area = static_cast<float>(static_cast<double>(s.area) / 32.0 * step * step);
+    area = static_cast<float>(static_cast<double>(s.area) / 32.0 * step * step);
   }
-  fillSamples(triangles, voxel, s, isBack, side);
   // From the mean out to the outermost place, and a little farther: places are rounded.
   glm::dvec3 place = toDouble(s.position) / weight;
   const double reach = static_cast<double>(front ? s.outermost : -s.innermost) / 127.0;
   place += outward * (std::max(reach - glm::dot(place, outward), 0.0));
-  place += glm::dvec3(side.normal) * (kVoxelSteps / 16.0);
-  side.positionWorld = grid.placeInVoxel(voxel, place / double{kVoxelSteps});
-  return side;
+  place += glm::dvec3(normal) * (kVoxelSteps / 16.0);
+  return {glm::vec3(place / double{kVoxelSteps}), normal, albedo, area, samplesOf(triangles, voxel, s, isBack)};
 }
 
 // Number the occupied voxels of a layer's bits; none has sides as yet.
@@ -209,6 +205,7 @@ void number(VoxelLayer& layer) {
   layer.axis.clear();
   layer.voxel.clear();
   layer.side.clear();
+  layer.emission.clear();
 }
 
 void makeRoom(VoxelLayer& layer, std::uint32_t kept) {
@@ -262,6 +259,10 @@ VoxelLayer moveLayer(const VoxelLayer& layer, const VolumeGrid& to, const glm::i
       moved.side[2 * std::size_t{at + i} + 1] = layer.side[2 * std::size_t{from + i} + 1];
     }
   }
+  for (const SideEmission& each : layer.emission) {
+    const glm::ivec3 voxel = glm::ivec3(layer.voxel[each.side / 2]) - kBrickSide * by;
+    if (to.holds(voxel)) moved.emission.push_back({2 * moved.numberOf(to, voxel) + each.side % 2, each.emission});
+  }
   return moved;
 }
 
@@ -290,17 +291,21 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
   }
 
   // 1. The axis of each voxel: the moment's column with the largest diagonal element
+  std::vector<glm::vec3> axes(layer.kept);
   std::vector<Moment> moment(layer.kept, Moment{});
   forVoxels([&](std::uint32_t number, std::span<const VoxelPair> found) {
     for (const VoxelPair& pair : found) addMoment(triangles[pair.triangle], pair.share, moment[number]);
   });
-  for (std::uint32_t i = 0; i < layer.kept; ++i) layer.axis[i] = glm::vec3(axisOf(moment[i]));
+  for (std::uint32_t i = 0; i < layer.kept; ++i) {
+    axes[i] = glm::vec3(axisOf(moment[i]));
+    layer.axis[i] = glm::i8vec3(signedBytes(axes[i]));
+  }
 
   // 2. What faces each side
   std::vector<SideSums> sums(2 * std::size_t{layer.kept});
   forVoxels([&](std::uint32_t number, std::span<const VoxelPair> found) {
     const std::span<SideSums, 2> sides(&sums[2 * std::size_t{number}], 2);
-    const glm::ivec3 axis = signedBytes(layer.axis[number]);
+    const glm::ivec3 axis(layer.axis[number]);
     for (const VoxelPair& pair : found) {
       const SnappedTriangle& t = triangles[pair.triangle];
       addSides(t, pair.triangle, surfaces, glm::ivec3(layer.voxel[number]), axis, pair, emissionUnit, sides);
@@ -308,16 +313,22 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
   });
 
   // 3. Means
+  std::vector<glm::vec3> emission(brightest > 0.0f ? sums.size() : 0, glm::vec3(0.0f));
   forChunks(parallelFor, layer.kept, kVoxels, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t number = begin; number < end; ++number) {
       const glm::ivec3 voxel(layer.voxel[number]);
-      const glm::vec3& axis = layer.axis[number];
-      VoxelSide* const side = &layer.side[2 * std::size_t{number}];
-      const SideSums &front = sums[2 * std::size_t{number}], &back = sums[2 * std::size_t{number} + 1];
-      side[0] = finish(grid, triangles, voxel, axis, front, back, true, emissionUnit);
-      side[1] = finish(grid, triangles, voxel, axis, back, front, false, emissionUnit);
+      const SideSums* const of = &sums[2 * std::size_t{number}];
+      for (std::size_t s = 0; s < 2; ++s) {
+        const std::size_t side = 2 * std::size_t{number} + s;
+        glm::vec3 emits(0.0f);
+        layer.side[side] = finish(grid, triangles, voxel, axes[number], of[s], of[1 - s], s == 0, emissionUnit, emits);
+        if (!emission.empty()) emission[side] = emits;
+      }
     }
   });
+  for (std::uint32_t s = 0; s < emission.size(); ++s) {
+    if (emission[s] != glm::vec3(0.0f)) layer.emission.push_back({s, emission[s]});
+  }
 }
 
 bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty,
@@ -351,6 +362,17 @@ bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty,
                 }
               }
             });
+  const auto keepEmission = [&](const VoxelLayer& from, bool isDirty) {
+    for (const SideEmission& each : from.emission) {
+      const glm::ivec3 voxel(from.voxel[each.side / 2]);
+      if (((dirty[grid.cellOf(voxel)] >> brickBit(voxel) & 1u) != 0) == isDirty)
+        made.emission.push_back({2 * made.numberOf(grid, voxel) + each.side % 2, each.emission});
+    }
+  };
+  keepEmission(layer, false);
+  keepEmission(patch, true);
+  std::sort(made.emission.begin(), made.emission.end(),
+            [](const SideEmission& a, const SideEmission& b) { return a.side < b.side; });
   layer = std::move(made);
   return true;
 }

@@ -7,41 +7,29 @@
 #include "runtime/voxels/snap_triangles.h"
 #include "runtime/voxels/summed_surfaces.h"
 #include "runtime/voxels/voxel_grid.h"
+#include "runtime/voxels/voxel_side.h"
 
 #include <glm/gtc/type_precision.hpp>
 
-#include <array>
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace relume {
 
-// A place of the surfaces in a voxel at which direct light is found. [1/64 voxel from the voxel's middle; 127 times the
-// unit normal]
-struct SideSample {
-  std::array<std::int8_t, 3> place{}, normal{};
-  std::uint8_t count = 0;  // how many of the four it stands for; 0 = none
-};
-
-// One side of an occupied voxel: means over the triangles that face it, by area and by how squarely they do. Where none
-// does, the back of those that face the other side.
-struct VoxelSide {
-  glm::vec3 positionWorld{0.0f};  // [m] in front of all that faces this side, so that light reaches it
-  glm::vec3 normal{0.0f};         // unit
-  glm::vec3 albedo{0.0f};
-  glm::vec3 emission{0.0f};  // [W/m²/sr]
-  // On the surfaces nearest to four places spread over the voxel; light and shadow vary within it.
-  std::array<SideSample, 4> sample{};
-  float area = 0.0f;  // [m²] of triangles that face it; 0 = their backs alone
+struct SideEmission {
+  std::uint32_t side = 0;
+  glm::vec3 emission{0.0f};  // [W/m²/sr] not 0
 };
 
 struct VoxelLayer {
   std::vector<std::uint64_t> bits;       // [Size cells] brickBit() of each voxel; CRC's geometry volume
   std::vector<std::uint32_t> first;      // [Size cells] number of the cell's first occupied voxel
-  std::vector<glm::vec3> axis;           // [Size kept] unit: toward the front side
+  std::vector<glm::i8vec3> axis;         // [Size kept] toward the front side, 127 times the unit vector
   std::vector<glm::u8vec3> voxel;        // [Size kept] its place: grids have up to 256 voxels along a side
   std::vector<VoxelSide> side;           // [Size 2 kept] front, back
+  std::vector<SideEmission> emission;    // of the sides that emit, by ascending side
   std::uint32_t occupied = 0, kept = 0;  // voxels, and those of them that have sides
 
   bool has(const VolumeGrid& grid, const glm::ivec3& v) const {
@@ -51,6 +39,15 @@ struct VoxelLayer {
   std::uint32_t numberOf(const VolumeGrid& grid, const glm::ivec3& v) const {
     const std::uint32_t cell = grid.cellOf(v);
     return first[cell] + countBefore(bits[cell], v);
+  }
+  // What emits of this side and of those after it.
+  std::vector<SideEmission>::const_iterator emissionFrom(std::uint32_t s) const {
+    return std::lower_bound(emission.begin(), emission.end(), s,
+                            [](const SideEmission& a, std::uint32_t b) { return a.side < b; });
+  }
+  glm::vec3 emissionOf(std::uint32_t s) const {  // [W/m²/sr]
+    const auto found = emissionFrom(s);
+    return found != emission.end() && found->side == s ? found->emission : glm::vec3(0.0f);
   }
 };
 

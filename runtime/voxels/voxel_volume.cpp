@@ -120,16 +120,15 @@ class DirectLight {
       std::uint32_t lit = 0;
       for (std::uint32_t i = 0; i < count; ++i) {
         const glm::vec3 middle = glm::vec3(volume_.voxelOfSide(begin + i)) + 0.5f;
-        for (const SideSample& s : volume_.side(begin + i).sample) {
-          if (s.count == 0) break;
-          const glm::vec3 n = glm::normalize(glm::vec3(s.normal[0], s.normal[1], s.normal[2]));
-          const glm::vec3 place(s.place[0], s.place[1], s.place[2]);
-          const glm::vec3 at = volume_.grid().toWorld(middle + place / float{kVoxelSteps} + kLift * n);
+        for (const SideSample& s : volume_.side(begin + i).samples()) {
+          if (s.count() == 0) break;
+          const glm::vec3 n = glm::normalize(glm::vec3(s.normal()));
+          const glm::vec3 at = volume_.grid().toWorld(middle + glm::vec3(s.place()) / float{kVoxelSteps} + kLift * n);
           const glm::vec3 e = directIrradiance(lights_[k], at, n);
           if (e == glm::vec3(0.0f)) continue;
           position[lit] = at;
           normal[lit] = n;
-          arriving[lit] = 0.25f * static_cast<float>(s.count) * e;
+          arriving[lit] = 0.25f * static_cast<float>(s.count()) * e;
           slot[lit++] = i;
         }
       }
@@ -174,23 +173,23 @@ Status VoxelVolume::lightDirectly(const LightSetup& setup) {
   return done();
 }
 
-void VoxelVolume::reflect(std::span<const glm::vec3> bounced, const glm::vec3& emissionScale) {
-  if (bounced.empty()) return reflectBy({}, emissionScale);
-  reflectBy([bounced](std::uint32_t side) { return bounced[side]; }, emissionScale);
-}
-
-void VoxelVolume::reflectBy(const SideIrradiance& bounced, const glm::vec3& emissionScale) {
+void VoxelVolume::reflect(const SideIrradiance& bounced, const glm::vec3& emissionScale) {
   Stopwatch watch;
-  forChunks(parallelFor_, sideCount() / 2, 4 * kSides, [&](std::uint32_t first, std::uint32_t last) {
-    const auto radiance = [&](std::uint32_t i) {
-      const VoxelSide& s = side(i);
+  // Voxels [first, last) of a layer whose first one is number `from` of the volume's.
+  const auto reflectLayer = [&](const VoxelLayer& layer, std::uint32_t from, std::uint32_t first, std::uint32_t last) {
+    auto emits = layer.emissionFrom(2 * first);
+    for (std::uint32_t s = 2 * first; s < 2 * last; ++s) {
+      const std::uint32_t i = 2 * from + s;
       const glm::vec3 irradiance = bounced ? direct_[i] + bounced(i) : direct_[i];
-      return std::numbers::inv_pi_v<float> * s.albedo * irradiance + emissionScale * s.emission;
-    };
-    for (std::uint32_t v = first; v < last; ++v) {
-      radiance_[v].front = radiance(2 * v);
-      radiance_[v].back = radiance(2 * v + 1);
+      glm::vec3 radiance = std::numbers::inv_pi_v<float> * layer.side[s].albedo() * irradiance;
+      if (emits != layer.emission.end() && emits->side == s) radiance += emissionScale * (emits++)->emission;
+      setRadiance(i, radiance);
     }
+  };
+  forChunks(parallelFor_, sideCount() / 2, 4 * kSides, [&](std::uint32_t first, std::uint32_t last) {
+    const std::uint32_t moving = std::clamp(standing_.kept, first, last);
+    reflectLayer(standing_, 0, first, moving);
+    if (moving < last) reflectLayer(moving_, standing_.kept, moving - standing_.kept, last - standing_.kept);
   });
   reflectMs_ = watch.lap();
 }
@@ -227,12 +226,14 @@ std::vector<PassTime> VoxelVolume::passTimes() const {
 
 std::vector<std::pair<std::string, std::size_t>> VoxelVolume::bufferSizes() const {
   const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
+  const auto sidesOf = [&](const VoxelLayer& layer) {
+    return bytes(layer.axis) + bytes(layer.voxel) + bytes(layer.side) + bytes(layer.emission);
+  };
   std::size_t geometry = geometry_->surfaces.bytes() + bytes(parts_);
   for (const PackedMesh& mesh : geometry_->mesh) geometry += mesh.bytes();
   return {{"bricks",
            bytes(bits_) + bytes(standing_.bits) + bytes(standing_.first) + bytes(moving_.bits) + bytes(moving_.first)},
-          {"voxel sides", bytes(standing_.axis) + bytes(standing_.voxel) + bytes(standing_.side) + bytes(moving_.axis) +
-                              bytes(moving_.voxel) + bytes(moving_.side)},
+          {"voxel sides", sidesOf(standing_) + sidesOf(moving_)},
           {"voxel light", bytes(direct_) + bytes(radiance_)},
           {"voxel geometry", geometry}};
 }

@@ -86,12 +86,10 @@ class VoxelVolume {
 
   // Irradiance of each side by the setup's lights, with its visibility. usage: as Relighter::check().
   [[nodiscard]] Status lightDirectly(const LightSetup& setup);
-  // Radiance of each side: albedo (direct + bounced) / pi + emission. [Size bounced: 0 or sideCount(), W/m²]
-  // emissionScale: factor on emission. Throws nothing.
-  void reflect(std::span<const glm::vec3> bounced, const glm::vec3& emissionScale);
-  // The same by a function of the side, which threads call side by side; null = nothing is bounced.
+  // Radiance of each side: albedo (direct + bounced) / pi + emission. bounced: of a side [W/m²], which threads call
+  // side by side; null = nothing is bounced. emissionScale: factor on emission. Throws what `bounced` does.
   using SideIrradiance = std::function<glm::vec3(std::uint32_t side)>;
-  void reflectBy(const SideIrradiance& bounced, const glm::vec3& emissionScale);
+  void reflect(const SideIrradiance& bounced, const glm::vec3& emissionScale);
 
   // What a side sends out, in place of what reflect() found. [side < sideCount(), W/m²/sr, finite] Throws nothing; each
   // side by one thread.
@@ -112,6 +110,16 @@ class VoxelVolume {
   }
   glm::ivec3 voxelOfSide(std::uint32_t index) const {
     return index < standingSides() ? standing_.voxel[index / 2] : moving_.voxel[(index - standingSides()) / 2];
+  }
+  // Where light reaches it: in the grid, and in the world.
+  glm::vec3 placeOfSide(std::uint32_t index) const {  // [voxels]
+    return glm::vec3(voxelOfSide(index)) + 0.5f + side(index).place();
+  }
+  glm::vec3 positionOfSide(std::uint32_t index) const {  // [m]
+    return grid_.placeInVoxel(voxelOfSide(index), side(index).place());
+  }
+  glm::vec3 emissionOfSide(std::uint32_t index) const {  // [W/m²/sr]
+    return index < standingSides() ? standing_.emissionOf(index) : moving_.emissionOf(index - standingSides());
   }
   std::span<const glm::vec3> direct() const { return direct_; }  // [W/m²] [Size sideCount()]
 

@@ -57,8 +57,7 @@ VoxelLevel closedBox() {
 
 VoxelVolume lit(VoxelLevel level, std::uint32_t cells = 16) {
   VoxelVolume volume = volumeOf(level, coarse(cells));
-  const std::vector<glm::vec3> irradiance(volume.sideCount(), glm::vec3(kPi));
-  volume.reflect(irradiance, glm::vec3(0.0f));
+  volume.reflect([](std::uint32_t) { return glm::vec3(kPi); }, glm::vec3(0.0f));
   return volume;
 }
 

@@ -25,11 +25,10 @@ struct Room {
   RadianceMips mips;
 
   explicit Room(bool even) : volume(make()) {
-    std::vector<glm::vec3> irradiance(volume.sideCount(), glm::vec3(std::numbers::pi_v<float>));
-    for (std::uint32_t s = 0; s < volume.sideCount() && !even; ++s) {
-      if (volume.side(s).positionWorld.x > 3.5f)
-        irradiance[s] = glm::vec3(5.0f * std::numbers::pi_v<float>, 0.0f, 0.0f);
-    }
+    const auto irradiance = [&](std::uint32_t s) {
+      const bool isRed = !even && volume.positionOfSide(s).x > 3.5f;
+      return std::numbers::pi_v<float> * (isRed ? glm::vec3(5.0f, 0.0f, 0.0f) : glm::vec3(1.0f));
+    };
     volume.reflect(irradiance, glm::vec3(0.0f));
     EXPECT_TRUE(mips.update(volume));
   }

@@ -22,11 +22,12 @@ std::vector<RsmTexel> texelsIn(const VoxelVolume& volume, std::uint32_t count, u
   std::vector<RsmTexel> texels(count);
   for (RsmTexel& texel : texels) {
     const float kind = share(random);
-    const VoxelSide& side = volume.side(std::min(
-        static_cast<std::uint32_t>(share(random) * static_cast<float>(volume.sideCount())), volume.sideCount() - 1));
-    texel.positionWorld = kind < 0.1f ? 6.0f * unit(random)
-                                      : side.positionWorld + 0.7f * volume.grid().voxel * share(random) * unit(random);
-    texel.normal = kind < 0.6f ? side.normal : unit(random);
+    const std::uint32_t side = std::min(
+        static_cast<std::uint32_t>(share(random) * static_cast<float>(volume.sideCount())), volume.sideCount() - 1);
+    texel.positionWorld = kind < 0.1f
+                              ? 6.0f * unit(random)
+                              : volume.positionOfSide(side) + 0.7f * volume.grid().voxel * share(random) * unit(random);
+    texel.normal = kind < 0.6f ? volume.side(side).normal() : unit(random);
     texel.area = kind > 0.95f ? 0.0f : 0.01f;
     const float bright = std::exp2(-30.0f * share(random));
     texel.flux = bright * glm::vec3(share(random), share(random), kind > 0.5f ? 0.0f : share(random));

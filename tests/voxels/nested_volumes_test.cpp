@@ -58,15 +58,6 @@ NestedVolumes made(VoxelLevel& level, const NestedOptions& options) {
   return std::move(*volumes);
 }
 
-bool isSame(const VoxelSide& a, const VoxelSide& b) {
-  const auto isSamePlace = [](const SideSample& x, const SideSample& y) {
-    return x.place == y.place && x.normal == y.normal && x.count == y.count;
-  };
-  return a.positionWorld == b.positionWorld && a.normal == b.normal && a.albedo == b.albedo &&
-         a.emission == b.emission && a.area == b.area &&
-         std::equal(a.sample.begin(), a.sample.end(), b.sample.begin(), isSamePlace);
-}
-
 void expectSame(const NestedVolumes& a, const NestedVolumes& b) {
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t level = 0; level < a.size(); ++level) {
@@ -76,8 +67,9 @@ void expectSame(const NestedVolumes& a, const NestedVolumes& b) {
     ASSERT_EQ(a[level].sideCount(), b[level].sideCount());
     std::uint32_t others = 0;
     for (std::uint32_t s = 0; s < a[level].sideCount(); ++s) {
-      others +=
-          isSame(a[level].side(s), b[level].side(s)) && a[level].voxelOfSide(s) == b[level].voxelOfSide(s) ? 0 : 1;
+      const bool isSame = a[level].side(s) == b[level].side(s) && a[level].voxelOfSide(s) == b[level].voxelOfSide(s) &&
+                          a[level].emissionOfSide(s) == b[level].emissionOfSide(s);
+      others += isSame ? 0 : 1;
     }
     EXPECT_EQ(others, 0u) << level;
     EXPECT_EQ(a[level].stats().occupied, b[level].stats().occupied);

@@ -251,11 +251,53 @@ TEST(March, raysFromOutsideAndAlongAxes) {
     EXPECT_NEAR(hit.t, 3.0f, volume->grid().voxel);
     const std::uint32_t side = volume->sideAt(hit.voxel, d);
     ASSERT_NE(side, kNoSide);
-    EXPECT_LT(glm::dot(volume->side(side).normal, d), -0.99f);
-    EXPECT_GT(volume->side(side).area, 0.0f);
+    EXPECT_LT(glm::dot(volume->side(side).normal(), d), -0.99f);
+    EXPECT_GT(volume->side(side).area(), 0.0f);
     EXPECT_FALSE(volume->march(from, -d, far).found);
     EXPECT_FALSE(volume->march(from, d, 2.0f).found);
   }
+}
+
+// What is rounded of a side, and what is kept as it was found.
+TEST(VoxelSides, areRoundedByLessThanTheirBounds) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> place(-2.5f, 2.5f), share(0.0f, 1.0f);
+  std::uniform_int_distribution<int> step(-32, 32), byte(-127, 127), count(0, 4);
+  for (int i = 0; i < 20000; ++i) {
+    const glm::vec3 at(place(random), place(random), place(random)),
+        albedo(share(random), share(random), share(random));
+    // Along axes and diagonals as well, where the octahedron has its edges
+    glm::vec3 normal = unit(random);
+    if (i % 4 == 0) normal = glm::normalize(glm::round(2.0f * normal) + glm::vec3(0.0f, 0.0f, 1e-30f));
+    VoxelSide::Samples samples;
+    std::array<std::array<glm::ivec3, 2>, 4> expected;
+    std::array<std::uint32_t, 4> counts{};
+    for (std::size_t k = 0; k < 4; ++k) {
+      expected[k] = {glm::ivec3(step(random), step(random), step(random)),
+                     glm::ivec3(byte(random), byte(random), byte(random))};
+      counts[k] = static_cast<std::uint32_t>(count(random));
+      samples[k] = SideSample(expected[k][0], expected[k][1], counts[k]);
+    }
+    const float area = 1e-7f * share(random);
+    const VoxelSide side(at, normal, albedo, area, samples);
+    EXPECT_EQ(side.area(), area);
+    for (int k = 0; k < 3; ++k) {
+      ASSERT_LE(std::abs(side.place()[k] - at[k]), 0x1p-14f);
+      ASSERT_LE(std::abs(side.albedo()[k] - albedo[k]), 1e-5f);
+      ASSERT_LE(std::abs(side.normal()[k] - normal[k]), 1e-4f);
+    }
+    ASSERT_NEAR(glm::length(side.normal()), 1.0f, 1e-6f);
+    for (std::size_t k = 0; k < 4; ++k) {
+      ASSERT_EQ(side.samples()[k].place(), expected[k][0]);
+      ASSERT_EQ(side.samples()[k].normal(), expected[k][1]);
+      ASSERT_EQ(side.samples()[k].count(), counts[k]);
+    }
+  }
+  // White stays white, and black black: energy is kept.
+  const VoxelSide white(glm::vec3(0.0f), {0, 1, 0}, glm::vec3(1.0f), 0.0f, {}), black;
+  EXPECT_EQ(white.albedo(), glm::vec3(1.0f));
+  EXPECT_EQ(white.normal(), glm::vec3(0, 1, 0));
+  EXPECT_EQ(black.albedo(), glm::vec3(0.0f));
 }
 
 TEST(VoxelSides, areaIsTheMeshs) {
@@ -276,7 +318,7 @@ TEST(VoxelSides, areaIsTheMeshs) {
   ASSERT_TRUE(volume);
   double area = 0.0;
   std::uint32_t number = 0;
-  for (std::uint32_t i = 0; i < volume->sideCount(); ++i) area += volume->side(i).area;
+  for (std::uint32_t i = 0; i < volume->sideCount(); ++i) area += volume->side(i).area();
   EXPECT_NEAR(area, expected, 0.01 * expected);
   // Numbers are the voxels' order: cells, and bits in them.
   const VoxelLayer& layer = volume->standing();
@@ -305,17 +347,16 @@ TEST(VoxelSides, aThinWallHasTwoColours) {
                  blue = volume->march({1, 2.1f, 1.9f}, {-1, 0, 0}, 4.0f);
   ASSERT_TRUE(red.found && blue.found);
   EXPECT_EQ(red.voxel, blue.voxel);
-  const VoxelSide &left = volume->side(volume->sideAt(red.voxel, {1, 0, 0})),
-                  &right = volume->side(volume->sideAt(blue.voxel, {-1, 0, 0}));
-  EXPECT_NEAR(left.albedo.x, 0.8f, 1e-3f);
-  EXPECT_NEAR(right.albedo.z, 0.8f, 1e-3f);
-  EXPECT_EQ(left.emission, glm::vec3(0.0f));
-  EXPECT_LT(left.positionWorld.x, 0.01f);
-  EXPECT_GT(right.positionWorld.x, 0.014f);
+  const std::uint32_t left = volume->sideAt(red.voxel, {1, 0, 0}), right = volume->sideAt(blue.voxel, {-1, 0, 0});
+  EXPECT_NEAR(volume->side(left).albedo().x, 0.8f, 1e-3f);
+  EXPECT_NEAR(volume->side(right).albedo().z, 0.8f, 1e-3f);
+  EXPECT_EQ(volume->emissionOfSide(left), glm::vec3(0.0f));
+  EXPECT_LT(volume->positionOfSide(left).x, 0.01f);
+  EXPECT_GT(volume->positionOfSide(right).x, 0.014f);
   // Emitted flux is the quad's: pi times 2 W/m²/sr times 16 m², and voxels have Δ² each.
   double flux = 0.0;
   for (std::uint32_t i = 0; i < volume->sideCount(); ++i)
-    flux += double{volume->side(i).emission.z} * volume->grid().voxel * volume->grid().voxel;
+    flux += double{volume->emissionOfSide(i).z} * volume->grid().voxel * volume->grid().voxel;
   EXPECT_NEAR(flux, 32.0, 1.0);  // voxels at its outline are not full
   volume->reflect({}, glm::vec3(1.0f));
   EXPECT_EQ(volume->radianceAt(red.voxel, {1, 0, 0}), glm::vec3(0.0f));
@@ -363,7 +404,7 @@ TEST(VoxelSides, directLightIsThatOfTheSurface) {
   for (std::uint32_t i = 0; i < volume->sideCount(); ++i) {
     const VoxelSide& side = volume->side(i);
     const glm::vec3 p = volume->grid().toWorld(glm::vec3(volume->voxelOfSide(i)) + 0.5f);
-    if (side.normal.y < 0.5f || p.x < -0.2f) {
+    if (side.normal().y < 0.5f || p.x < -0.2f) {
       EXPECT_EQ(volume->direct()[i], glm::vec3(0.0f));
     } else if (p.x > 0.2f) {
       const double d2 = (p.x - 0.5) * (p.x - 0.5) + 1.44 + p.z * p.z;
