@@ -19,15 +19,18 @@ inline constexpr float kConeClear = 1.75f;  // [voxels] above its own plane a co
 inline constexpr float kConePlane = 2.5f;   // [sample widths] least height above the cone's own plane
 inline constexpr float kConeNear = 3.0f;    // [voxels] from its start a cone may be in the voxels of walls beside it
 inline constexpr float kConeStep = 0.5f;    // [sample widths]
+// Voxels before the grid from which on a cone finds nothing: steps of half a voxel of the innermost of four volumes
+// would no longer change how far it has come.
+inline constexpr float kConeFarthest = 524288.0f;
 
 // Whether its numbers are finite and in their range.
 inline bool isValidCone(const Cone& cone) {
   const auto isUnit = [](const glm::vec3& v) { return std::abs(glm::dot(v, v) - 1.0f) < 0.01f; };
   return isWithin(cone.originWorld, kMaxCoordinate) && isUnit(cone.normal) && isUnit(cone.direction) &&
-         cone.spread >= 0.0f && cone.falloff >= 0.0f;
+         cone.spread >= 0.0f && cone.falloff >= 0.0f && std::isfinite(cone.spread) && std::isfinite(cone.falloff);
 }
 
-// Where along a ray the grid lies, a voxel more on all sides; end <= begin where it does not.
+// Where along a ray the grid lies, a voxel more on all sides; end <= begin where it does not, or too far away.
 inline void clipToGrid(const VolumeGrid& grid, const glm::vec3& origin, const glm::vec3& direction, float& begin,
                        float& end) {
   for (int k = 0; k < 3; ++k) {
@@ -40,6 +43,7 @@ inline void clipToGrid(const VolumeGrid& grid, const glm::vec3& origin, const gl
     begin = std::max(begin, std::min(a, b));
     end = std::min(end, std::max(a, b));
   }
+  if (!(begin < kConeFarthest)) end = begin;
 }
 
 // What a cone found that has come to its end: of one that is spent nothing is left.

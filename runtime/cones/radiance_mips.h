@@ -36,7 +36,7 @@ struct Cone {
   glm::vec3 originWorld{0.0f};      // [m] on a surface, within kMaxCoordinate
   glm::vec3 normal{0.0f, 1, 0};     // unit: of the plane of that surface, toward the cone
   glm::vec3 direction{0.0f, 1, 0};  // unit
-  float spread = 0.0f;              // [0..8] tangent of the half angle
+  float spread = 0.0f;              // [>= 0] tangent of the half angle
   float falloff = 0.0f;  // [1/m] >= 0: what blocks the cone at distance d counts 1 / (1 + falloff d) in `occlusion`
 };
 
@@ -58,7 +58,7 @@ class RadianceMips {
   [[nodiscard]] Status update(const VoxelVolume& volume);
 
   // Follow a cone; `volume` is the one of the last update(), and has not changed since. A cone with a number that is
-  // not finite or out of its range finds nothing.
+  // not finite or out of its range finds nothing, nor does one that begins half a million voxels away.
   [[nodiscard]] ConeLight trace(const VoxelVolume& volume, const Cone& cone) const;
 
   // Levels above the voxels; level 1 is the first.

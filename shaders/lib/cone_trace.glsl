@@ -25,6 +25,7 @@ const float kConeClear = 1.75;  // [voxels] above its own plane a cone begins
 const float kConePlane = 2.5;   // [sample widths] least height above the cone's own plane
 const float kConeNear = 3.0;    // [voxels] from its start a cone may be in the voxels of walls beside it
 const float kConeStep = 0.5;    // [sample widths]
+const float kConeFarthest = 524288.0;  // [voxels] before the grid from which on a cone finds nothing
 
 struct RelumeCone {
   vec3 origin;     // relumeConeOrigin()
@@ -101,7 +102,7 @@ bool relumeConeIsUnit(vec3 v) {
   return square > floatBitsToUint(0.99) && square < floatBitsToUint(1.01);
 }
 
-// Where along a ray the grid lies, a voxel more on all sides; end <= begin where it does not. [voxels]
+// Where along a ray the grid lies, a voxel more on all sides; end <= begin where it does not, or too far away. [voxels]
 void relumeConeClip(vec3 origin, vec3 way, out float begin, out float end) {
   begin = 0.0;
   end = 1e30;
@@ -115,6 +116,7 @@ void relumeConeClip(vec3 origin, vec3 way, out float begin, out float end) {
     begin = max(begin, min(a, b));
     end = min(end, max(a, b));
   }
+  if (begin >= kConeFarthest) end = begin;
 }
 
 #ifdef RELUME_LIVE_NESTED

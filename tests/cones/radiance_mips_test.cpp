@@ -250,6 +250,8 @@ TEST(RadianceMips, aConeOfNonsenseFindsNothing) {
                                                         [&](Cone& c) { c.normal = glm::vec3(nan); },
                                                         [&](Cone& c) { c.spread = nan; },
                                                         [&](Cone& c) { c.spread = -1.0f; },
+                                                        [&](Cone& c) { c.spread = infinite; },
+                                                        [&](Cone& c) { c.falloff = infinite; },
                                                         [&](Cone& c) { c.falloff = nan; }};
   for (const auto& change : changes) {
     Cone cone = good;
@@ -257,6 +259,17 @@ TEST(RadianceMips, aConeOfNonsenseFindsNothing) {
     const ConeLight light = lit.trace(cone);
     EXPECT_EQ(light.clear, 1.0f);
     EXPECT_EQ(light.radiance, glm::vec3(0.0f));
+  }
+}
+
+// From so far away that its steps are lost in rounding it comes to an end.
+TEST(RadianceMips, aConeFromAnywhereEnds) {
+  VoxelLevel level;
+  level.addBox({0.1f, 0.1f, 0.1f}, {0.2f, 0.2f, 0.2f}, false);
+  const Lit lit(level, boxed({0, 0, 0}, {1, 1, 1}), true);
+  for (float distance = 1.0f; distance < 1e9f; distance *= 1.7f) {
+    const ConeLight light = lit.trace({{-distance, 0.8f, 0.8f}, {1, 0, 0}, {1, 0, 0}, 0.0f});
+    EXPECT_EQ(light.clear, 1.0f) << distance;
   }
 }
 
