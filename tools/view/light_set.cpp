@@ -39,6 +39,8 @@ std::size_t lightsOn(std::span<const ViewedLight> lights) {
       std::count_if(lights.begin(), lights.end(), [](const ViewedLight& l) { return l.on; }));
 }
 
+std::string countOfLights(std::size_t lights) { return std::to_string(lights) + (lights == 1 ? " light" : " lights"); }
+
 std::vector<SceneLight> sceneLightsOn(std::span<const ViewedLight> lights) {
   std::vector<SceneLight> on;
   for (const ViewedLight& viewed : lights) {

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace relume {
@@ -16,6 +17,7 @@ namespace relume {
 inline constexpr std::size_t kMaxLightsOn = 32;
 
 std::size_t lightsOn(std::span<const ViewedLight> lights);
+std::string countOfLights(std::size_t lights);  // in words: "1 light", "3 lights"
 
 std::vector<SceneLight> sceneLightsOn(std::span<const ViewedLight> lights);
 

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: MIT
+// The levels of a session: what is loaded or baked for it, dropped on it or changed on disk, and the reference that a
+// view is held against. See session.h.
+#include "tools/view/session.h"
+
+#include "tools/view/light_set.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <utility>
+
+namespace relume {
+namespace {
+
+// Objects of the level where they have been moved to, unless the level has them elsewhere now.
+std::vector<ViewedObject> keptObjects(const std::vector<ViewedObject>& before, std::vector<ViewedObject> now) {
+  for (ViewedObject& object : now) {
+    const auto same = std::find_if(before.begin(), before.end(), [&](const ViewedObject& b) {
+      return b.name == object.name && b.home == object.home;
+    });
+    if (same != before.end()) object.position = same->position;
+  }
+  return now;
+}
+
+std::string whatCameOf(const LevelFiles& files) {
+  const std::string scene = "\"" + files.scene + "\" ";
+  if (!files.hasBake()) return scene + "is lit without a bake";
+  if (!files.bakeBy) return "\"" + files.bake + "\" loaded";
+  const bool isDraft = optionsToJson(*files.bakeBy) == optionsToJson(presetOptions(Preset::draft));
+  const std::string by =
+      isDraft ? "at preset draft" : "with " + std::string(linkKindName(files.bakeBy->links.kind)) + " links";
+  return scene + "baked " + by + ", in memory alone; relume bake writes a bake";
+}
+
+}  // namespace
+
+Status Session::show(LevelPtr next) {
+  const bool isSame = level && level->sceneFile == next->sceneFile;
+  // The level of the command line has the state that this began with.
+  const bool isFirst = !level && next->sceneFile == options_.scene;
+  ViewState wanted = state;
+  pick_.reset();
+  if (isSame) {
+    wanted.objects = keptObjects(state.objects, objectsOf(next->scene, next->movable()));
+  } else if (!isFirst) {
+    // Names of the first level's cameras and lights say nothing of this one.
+    options_.camera.clear();
+    options_.lights = {"all"};
+    options_.lightsFile.clear();
+    options_.driven.clear();
+    options_.bake.clear();
+    options_.draft = next->isBaked;
+    auto fresh = initialState(next->scene, options_);
+    if (!fresh) return fresh.error();
+    wanted = std::move(*fresh);
+  }
+  auto made = Viewer::create(*next, options_.shadowSize, wanted, getProcAddress_, isSame ? &*viewer : nullptr);
+  if (!made) return made.error();
+  viewer.emplace(std::move(*made));
+  level = std::move(next);
+  watch_ = FileWatch(level->bakeFile, level->bakeStamp);
+  state = std::move(wanted);
+  if (const std::size_t off = limitLightsOn(state.lights); off > 0) {
+    say(Severity::warning,
+        countOfLights(off) + " switched off: " + std::to_string(kMaxLightsOn) + " are on, and no more can be");
+  }
+  objects.select({});
+  if (isSame) {
+    edits.replace(state);
+  } else {
+    editor.cancelDrag(state.lights);
+    editor.select({});
+    edits.begin(state);
+  }
+  if (state.sky.map && level->isBaked && level->bake.hierarchy.skyDirection.empty())
+    say(Severity::warning, "the bake has no patches of sky, so the sky map lights nothing; bake with --sky-patches 64");
+  return done();
+}
+
+LevelFiles Session::filesOf(const std::string& scene, const std::string& bake) const {
+  // --emission names materials of the level of the command line.
+  return {scene,
+          bake,
+          options_.sceneOptions,
+          options_.allowStale,
+          scene == options_.scene ? options_.driven : std::vector<DrivenMaterial>(),
+          {},
+          options_.edit};
+}
+
+void Session::bakeDraft() {
+  if (!level || job) return;
+  LevelFiles files = filesOf(level->sceneFile, "");
+  files.bakeBy = presetOptions(Preset::draft);
+  begin(std::move(files));
+}
+
+void Session::bakeLinks(LinkKind kind) {
+  if (!level || !level->isBaked || job) return;
+  auto options = optionsFromJson(level->bake.provenance.optionsJson, BakeOptions());
+  if (!options) return say(Severity::error, options.error().message);
+  options->links.kind = kind;
+  LevelFiles files = filesOf(level->sceneFile, level->bakeFile);
+  files.bakeBy = std::move(*options);
+  begin(std::move(files));
+}
+
+void Session::begin(LevelFiles files, std::optional<Scene> scene) {
+  draftNext_ = false;
+  job.reset();
+  job.emplace(std::move(files), std::move(scene));
+}
+
+void Session::drop(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".glb" || extension == ".gltf") {
+    LevelFiles files = filesOf(path, "");
+    if (bakesAtOnce_) files.bakeBy = presetOptions(Preset::draft);
+    begin(std::move(files));
+    draftNext_ = !bakesAtOnce_;
+    return;
+  }
+  if (extension == ".json") {
+    lightsFile = path;
+    return loadLights();
+  }
+  if (extension == ".relume" && level) return begin(filesOf(level->sceneFile, path));
+  say(Severity::error, "\"" + path +
+                           "\": a level (.glb, .gltf), a bake of the level that is shown (.relume) or a list of "
+                           "lights (.json) expected");
+}
+
+void Session::finishJob() {
+  if (!job) return;
+  for (std::string& warning : job->takeWarnings()) warnings.push_back(std::move(warning));
+  auto result = job->takeResult();
+  if (!result) return;
+  const bool isCancelled = job->isCancelled();
+  const LevelFiles files = job->files();
+  const bool isDraftNext = std::exchange(draftNext_, false);
+  job.reset();
+  const std::string kept = level ? "; what is shown stays" : "";
+  if (isCancelled) return say(Severity::info, "cancelled" + kept);
+  if (!*result) return say(Severity::error, result->error().message + kept);
+  if (const Status shown = show(std::move(**result)); !shown) return say(Severity::error, shown.error().message + kept);
+  const std::string noted =
+      warnings.empty() ? "" : "; " + std::to_string(warnings.size()) + " warnings about the level are in the terminal";
+  say(Severity::info, whatCameOf(files) + noted);
+  if (isDraftNext) bakeDraft();
+}
+
+void Session::compareWithReference() {
+  if (!viewer) return;
+  reference.reset();
+  heat.reset();
+  const float aspect = pixels_.size.x / pixels_.size.y;
+  const auto height =
+      static_cast<std::uint32_t>(std::clamp(static_cast<float>(ReferenceJob::kWidth) / aspect, 1.0f, 1024.0f));
+  auto shown = viewer->irradiance(state, ReferenceJob::kWidth, height);
+  if (!shown) return say(Severity::error, shown.error().message);
+  reference.emplace(level, state, height, std::move(*shown));
+}
+
+void Session::finishReference() {
+  if (!reference) return;
+  auto result = reference->takeResult();
+  if (!result) return;
+  const bool isCancelled = reference->isCancelled();
+  reference.reset();
+  if (isCancelled) return;
+  if (!*result) return say(Severity::error, result->error().message);
+  heat = std::move(**result);
+  heatTexture = GlTexture::make();
+  glBindTexture(GL_TEXTURE_2D, heatTexture.name());
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, static_cast<GLsizei>(heat->width), static_cast<GLsizei>(heat->height), 0,
+               GL_RGB, GL_UNSIGNED_BYTE, heat->rgb.data());
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glBindTexture(GL_TEXTURE_2D, 0);
+}
+
+// A bake that has changed on disk is loaded, unless something is on its way already.
+void Session::watchBake() {
+  if (job || !level || !watch_.hasChanged(now_)) return;
+  begin(filesOf(level->sceneFile, level->bakeFile));
+}
+
+}  // namespace relume
