@@ -44,7 +44,9 @@ inline void colorCaches(const ColorCachesJob& job, std::uint32_t begin, std::uin
         e[0][i] = sumLanes(axis * loadWords<4>(y + 1));
         if (chroma > 1) {
           e[1][i] = sumLanes(axis * loadWords<4>(co + 1));
-          e[2][i] = sumLanes(axis * loadWords<4>(cg + 1));
+          // From 0 on and turned: behind the row lies another, which another thread may be writing.
+          const Float4 last = loadWords<4>(cg);
+          e[2][i] = sumLanes(axis * __builtin_shufflevector(last, last, 1, 2, 3, 0));
         } else {
           // Chroma follows luma.
           const float y0 = wordAt(y), ratio = y0 > 0.0f ? e[0][i] / y0 : 0.0f;

@@ -21,24 +21,37 @@ ConeRow coneRow(int luma, int chroma) {
   return summed ? summed : kConeRow<Links>[luma - 1];
 }
 
-// Add what moving parts change to the coefficients of `caches` caches, at most kTurn, from `first` on.
-// [Size lit = caches * stride]
+// Add what moving parts change to the coefficients of `caches` caches, at most kTurn, from `first` on. Whole vectors
+// reach behind the last of them, where another thread may be writing what its caches change: what is read there is a
+// copy. [Size lit = caches * stride]
 inline void addChanges(const LightCachesJob& job, std::uint32_t first, std::uint32_t caches, int count, int stride,
                        float* lit) {
   constexpr float kMostScale = 2.0f;  // of a change that was found in other light
-  float scale[kTurn + kLanes];
+  std::int32_t nodes[kTurn + kLanes];
+  float perLumas[kTurn + kLanes], scale[kTurn + kLanes];
+  for (std::uint32_t k = 0; k < kTurn + kLanes; ++k) {
+    nodes[k] = k < caches ? job.changeNode[first + k] : -1;
+    perLumas[k] = k < caches ? job.changePerLuma[first + k] : 0.0f;
+  }
   for (std::uint32_t k = 0; k < caches; k += kLanes) {
-    const Ints node = load<Ints>(job.changeNode + first + k), changes = node >= 0;
-    const Floats perLuma = load<Floats>(job.changePerLuma + first + k);
+    const Ints node = load<Ints>(nodes + k), changes = node >= 0;
+    const Floats perLuma = load<Floats>(perLumas + k);
     Floats color[3];
     scaledColors(gather(job.node, node & changes), perLuma, color);
     const Floats now = min(0.25f * color[0], splat(kMostScale));
     const Ints isScaled = perLuma > 0.0f;
     store(scale + k, asFloats(((asInts(now) & isScaled) | (asInts(splat(1.0f)) & ~isScaled)) & changes));
   }
+  const std::uint32_t behind = (kLanes - 1) / job.change.words + 1;  // rows
   for (std::uint32_t k = 0; k < caches; ++k, lit += stride) {
     if (scale[k] == 0.0f) continue;
     const std::uint16_t* row = rowOf(job.change, first + k);
+    std::uint16_t last[1 + 3 * 64 + kLanes];
+    if (k + behind >= caches) {
+      for (int i = 0; i < 1 + count + static_cast<int>(kLanes); ++i)
+        last[i] = i < 1 + count ? row[i] : std::uint16_t{0};
+      row = last;
+    }
     const float unit = scale[k] * unitOf(row);
     for (int i = 0; i < count; i += kLanes) {
       const Ints isOfRow = laneNumbers<Ints>() + i < count;
