@@ -72,6 +72,16 @@ class LiveCachesOnGl : public GlTest {
     return std::move(*light);
   }
 
+  LiveCachesGl litByLamps(const VoxelVolume& volume) {
+    const std::vector<Light> lights = lamps();
+    LightSetup setup;
+    setup.lights = lights;
+    LiveCachesGl gl = made(32);
+    EXPECT_TRUE(gl.lightDirectly(volume, setup));
+    EXPECT_TRUE(gl.update(volume, {}));
+    return gl;
+  }
+
   // How many caches have a coefficient that is off by more than 2e-3 of their first.
   static std::size_t countOff(const LiveCaches& cpu, const LiveCachesGl& gl) {
     const std::vector<float> found = gl.coefficients();
@@ -91,12 +101,7 @@ class LiveCachesOnGl : public GlTest {
 TEST_F(LiveCachesOnGl, placesThatAreNoneAreDark) {
   VoxelLevel level = room();
   const VoxelVolume volume = volumeOf(level, coarse(8));
-  const std::vector<Light> lights = lamps();
-  LightSetup setup;
-  setup.lights = lights;
-  LiveCachesGl gl = made(32);
-  ASSERT_TRUE(gl.lightDirectly(volume, setup));
-  ASSERT_TRUE(gl.update(volume, {}));
+  const LiveCachesGl gl = litByLamps(volume);
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   const std::vector<glm::vec3> odd{{nan, 1, 1},    {1, -nan, 1},  {1, 1, inf},   {-inf, 1, 1},
                                    glm::vec3(nan), {1e30f, 1, 1}, {1, 1, -1e38f}};
@@ -125,12 +130,7 @@ TEST_F(LiveCachesOnGl, placesThatAreNoneAreDark) {
 TEST_F(LiveCachesOnGl, samplersAndTheActiveUnitOfTheHostAreNoMatter) {
   VoxelLevel level = room();
   const VoxelVolume volume = volumeOf(level, coarse(8));
-  const std::vector<Light> lights = lamps();
-  LightSetup setup;
-  setup.lights = lights;
-  LiveCachesGl gl = made(32);
-  ASSERT_TRUE(gl.lightDirectly(volume, setup));
-  ASSERT_TRUE(gl.update(volume, {}));
+  const LiveCachesGl gl = litByLamps(volume);
   const std::vector<float> places = placesInBox(200, {0, 0, 0}, {6, 3, 5}), expected = irradianceByShader(gl, places);
   EXPECT_GT(*std::max_element(expected.begin(), expected.end()), 0.0f);
   GLuint sampler = 0;
