@@ -140,30 +140,40 @@ void listFaces(const Scene& scene, const Group& meshes, Shells& shells, std::vec
 
 // Join faces over edges. A set is open if it has an edge that its faces do not pass equally often in both directions.
 void joinFaces(const Shells& shells, Sets& sets, std::vector<std::uint8_t>& open) {
+  // An edge as a face passes it, listed by its lower corner.
   struct Half {
-    std::uint32_t low, high, face;
+    std::uint32_t high, face;
     int way;
   };
-  std::vector<Half> halves;
-  for (std::uint32_t f = 0; f < shells.face.size(); ++f) {
-    const auto& corner = shells.face[f].corner;
-    if (corner[0] == corner[1]) continue;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t a = corner[k], b = corner[(k + 1) % 3];
-      halves.push_back({std::min(a, b), std::max(a, b), f, a < b ? 1 : -1});
+  const auto forEachHalf = [&](const auto& visit) {
+    for (std::uint32_t f = 0; f < shells.face.size(); ++f) {
+      const auto& corner = shells.face[f].corner;
+      if (corner[0] == corner[1]) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = corner[k], b = corner[(k + 1) % 3];
+        visit(std::min(a, b), Half{std::max(a, b), f, a < b ? 1 : -1});
+      }
     }
-  }
-  std::sort(halves.begin(), halves.end(), [](const Half& a, const Half& b) {
-    return std::tie(a.low, a.high, a.face) < std::tie(b.low, b.high, b.face);
-  });
-  for (std::size_t begin = 0, end = 0; begin < halves.size(); begin = end) {
-    int balance = 0;
-    for (; end < halves.size() && halves[end].low == halves[begin].low && halves[end].high == halves[begin].high;
-         ++end) {
-      balance += halves[end].way;
-      sets.join(halves[begin].face, halves[end].face);
+  };
+  std::vector<std::uint32_t> endOf(shells.position.size() + 1, 0);
+  forEachHalf([&](std::uint32_t low, const Half&) { ++endOf[low + 1]; });
+  std::partial_sum(endOf.begin(), endOf.end(), endOf.begin());
+  std::vector<Half> halves(endOf.back());
+  forEachHalf([&](std::uint32_t low, const Half& half) { halves[endOf[low]++] = half; });
+
+  std::size_t begin = 0;
+  for (std::size_t low = 0; low < shells.position.size(); ++low) {
+    const std::size_t last = endOf[low];
+    std::sort(halves.begin() + static_cast<std::ptrdiff_t>(begin), halves.begin() + static_cast<std::ptrdiff_t>(last),
+              [](const Half& a, const Half& b) { return std::tie(a.high, a.face) < std::tie(b.high, b.face); });
+    for (std::size_t end = begin; begin < last; begin = end) {
+      int balance = 0;
+      for (; end < last && halves[end].high == halves[begin].high; ++end) {
+        balance += halves[end].way;
+        sets.join(halves[begin].face, halves[end].face);
+      }
+      if (balance != 0) open[halves[begin].face] = 1;
     }
-    if (balance != 0) open[halves[begin].face] = 1;
   }
 }
 
@@ -186,13 +196,16 @@ bool measure(const Shells& shells, Shell& shell) {
   return volume > kMinVolume * area * std::sqrt(area);
 }
 
-Shells findShells(const Scene& scene, const Group& meshes) {
+// Half done where the context is cancelled.
+Shells findShells(const Scene& scene, const Group& meshes, const Context& context) {
   Shells shells;
   std::vector<std::uint8_t> open;
   listFaces(scene, meshes, shells, open);
+  if (context.cancelled()) return {};
   const auto count = static_cast<std::uint32_t>(shells.face.size());
   Sets sets(count);
   joinFaces(shells, sets, open);
+  if (context.cancelled()) return {};
   for (std::uint32_t f = 0; f < count; ++f) {
     if (open[f]) open[sets.root(f)] = 1;
   }
@@ -378,7 +391,7 @@ void findSolids(Scene& scene, Context& context) {
   }
   std::vector<Shells> shells(unique.size());
   parallelChunks(context, "", unique.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t u = begin; u < end; ++u) shells[u] = findShells(scene, unique[u]);
+    for (std::size_t u = begin; u < end; ++u) shells[u] = findShells(scene, unique[u], context);
   });
   if (context.cancelled()) return;
 
