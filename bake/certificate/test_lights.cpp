@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -79,7 +80,9 @@ SceneLight spotAt(const RayTracer& tracer, const PlaySpace& space, const Surfels
                   const TestReceivers& receivers, RandomStream& random) {
   SceneLight spot = lampAt(tracer, space, surfels, random);
   spot.kind = LightKind::spot;
-  const glm::vec3& target = receivers.positionWorld[random.below(static_cast<std::uint32_t>(receivers.count()))];
+  // The receiver of a number, or the next that there is.
+  const auto found = std::ranges::lower_bound(receivers.number, random.below(receivers.number.back() + 1));
+  const glm::vec3& target = receivers.positionWorld[static_cast<std::size_t>(found - receivers.number.begin())];
   const float distance = glm::distance(target, spot.positionWorld);
   if (distance > 0.0f) spot.direction = (target - spot.positionWorld) / distance;
   spot.innerConeRad = 0.5f * spot.outerConeRad;
@@ -88,14 +91,17 @@ SceneLight spotAt(const RayTracer& tracer, const PlaySpace& space, const Surfels
 
 // Share of the receivers that a light reaches straight, by some of them.
 float litShare(const RayTracer& tracer, const TestReceivers& receivers, const SceneLight& light) {
-  const std::size_t step = std::max<std::size_t>(1, receivers.count() / kAsked);
+  const std::uint32_t step =
+      std::bit_floor(static_cast<std::uint32_t>(std::max<std::size_t>(1, receivers.count() / kAsked)));
   std::vector<glm::vec3> position, normal;
-  for (std::size_t i = 0; i < receivers.count(); i += step) {
+  for (std::size_t i = 0; i < receivers.count(); ++i) {
+    if (receivers.number[i] % step != 0) continue;
     position.push_back(receivers.positionWorld[i]);
     normal.push_back(receivers.geometricNormal[i]);
   }
   std::vector<glm::vec3> irradiance(position.size());
   directIrradiance(tracer, {&light, 1}, position, normal, irradiance);
+  if (position.empty()) return 0.0f;
   const auto lit = std::ranges::count_if(irradiance, [](const glm::vec3& e) { return e.x > 0.0f; });
   return static_cast<float>(lit) / static_cast<float>(irradiance.size());
 }

@@ -212,10 +212,11 @@ Result<TestRays> traceTestRays(const RayTracer& tracer, const PlaySpace& space, 
   std::vector<glm::vec3> later(receivers.count() * lights, glm::vec3(0.0f));  // both sets together
   parallelChunks(context, "test rays", receivers.count(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
+      const std::uint64_t number = receivers.number[i];
       for (std::size_t set = 0; set < test.irradiance.size(); ++set) {
-        RandomStream random(seed, kDrawStage, 2 * i + set);
+        RandomStream random(seed, kDrawStage, 2 * number + set);
         gather.at({receivers.positionWorld[i], receivers.normal[i], receivers.geometricNormal[i]},
-                  RandomStream(seed, kRayStage, 2 * i + set), random,
+                  RandomStream(seed, kRayStage, 2 * number + set), random,
                   std::span(test.irradiance[set]).subspan(i * lights, lights),
                   std::span(later).subspan(i * lights, lights));
       }

@@ -134,8 +134,10 @@ TestReceivers findTestReceivers(const RayTracer& tracer, const PlaySpace& space,
   });
   std::vector<SurfelSeed> seeds;
   TestReceivers receivers;
-  for (const std::optional<Seen>& one : seen) {
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const std::optional<Seen>& one = seen[i];
     if (!one) continue;
+    receivers.number.push_back(static_cast<std::uint32_t>(i));
     seeds.push_back(one->seed);
     receivers.positionWorld.push_back(one->seed.positionWorld);
     receivers.normal.push_back(one->seed.normal);

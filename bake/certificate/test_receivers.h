@@ -21,6 +21,9 @@ struct TestReceivers {
   std::vector<glm::vec3> normal, geometricNormal;  // unit, toward the viewer; normal: as it shades
   std::vector<std::uint32_t> at;        // light-map point (packUnorm16x2), or kGridReceiver; as Surfels::receiver
   std::vector<std::uint32_t> instance;  // index into Bake::instances
+  // Its number among all that were asked for, ascending: what is drawn for a receiver, or among them, goes by numbers,
+  // since those of the others stay when one is no longer found. Bakes do not keep it.
+  std::vector<std::uint32_t> number;
 
   std::size_t count() const { return at.size(); }
 };

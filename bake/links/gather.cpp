@@ -2,6 +2,7 @@
 // See gather.h.
 #include "bake/links/gather.h"
 
+#include "bake/base/place_number.h"
 #include "formats/octahedron.h"
 
 #include <glm/geometric.hpp>
@@ -121,12 +122,13 @@ float Gatherer::misWeight(std::uint32_t side, float distance, const glm::vec3& d
   return even / (1.0f + even * std::numbers::pi_v<float> * static_cast<float>(aimedCount_) * pdf * apart);
 }
 
-void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const glm::vec3& normal, Scratch& scratch,
+void Gatherer::gather(const glm::vec3& positionWorld, const glm::vec3& normal, Scratch& scratch,
                       std::vector<Arrival>& arrivals, RayCount& count) const {
   arrivals.resize(strata_.count());
   std::size_t arrived = 0;
   const glm::vec3 origin = positionWorld + normal * tracer_.epsilonAt(positionWorld);
-  DirectionStrata::Sequence sequence(strata_, normal, RandomStream(seed_, kStage, cache));
+  const std::uint64_t place = placeNumber(positionWorld, normal);
+  DirectionStrata::Sequence sequence(strata_, normal, RandomStream(seed_, kStage, place));
   count.rays += strata_.count();
   if (aimedCount_ > 0) sampler_.prepare(origin, normal, scratch.emitters);
 
@@ -167,14 +169,14 @@ void Gatherer::gather(std::uint32_t cache, const glm::vec3& positionWorld, const
   }
   arrivals.resize(arrived);
   if (aimedCount_ > 0 && !scratch.emitters.cdf.empty()) {
-    gatherAimed(cache, origin, normal, scratch, arrivals, count);
+    gatherAimed(place, origin, normal, scratch, arrivals, count);
     keepToSphere(arrivals);
   }
 }
 
-void Gatherer::gatherAimed(std::uint32_t cache, const glm::vec3& origin, const glm::vec3& normal, Scratch& scratch,
+void Gatherer::gatherAimed(std::uint64_t place, const glm::vec3& origin, const glm::vec3& normal, Scratch& scratch,
                            std::vector<Arrival>& arrivals, RayCount& count) const {
-  RandomStream random(seed_, kAimStage, cache);
+  RandomStream random(seed_, kAimStage, place);
   const bool onSurface = glm::dot(normal, normal) > 0.0f;
   count.aimed += aimedCount_;
   for (std::uint32_t begin = 0; begin < aimedCount_; begin += kBatch) {

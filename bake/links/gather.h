@@ -64,12 +64,12 @@ class Gatherer {
     EmitterSampler::Distribution emitters;
   };
 
-  // Replace `arrivals` by the light that reaches a cache. The random numbers depend on seed and cache index alone.
-  void gather(std::uint32_t cache, const glm::vec3& positionWorld, const glm::vec3& normal, Scratch& scratch,
-              std::vector<Arrival>& arrivals, RayCount& count) const;
+  // Replace `arrivals` by the light that reaches a cache. The random numbers depend on seed and place alone.
+  void gather(const glm::vec3& positionWorld, const glm::vec3& normal, Scratch& scratch, std::vector<Arrival>& arrivals,
+              RayCount& count) const;
 
  private:
-  void gatherAimed(std::uint32_t cache, const glm::vec3& origin, const glm::vec3& normal, Scratch& scratch,
+  void gatherAimed(std::uint64_t place, const glm::vec3& origin, const glm::vec3& normal, Scratch& scratch,
                    std::vector<Arrival>& arrivals, RayCount& count) const;
   // Find the sides and the tiles of the surfel map that were hit.
   void lookUp(std::span<const Hit> hits, Scratch& scratch) const;

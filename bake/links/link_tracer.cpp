@@ -4,6 +4,7 @@
 #include "bake/links/link_tracer.h"
 
 #include "bake/base/parallel.h"
+#include "bake/base/place_number.h"
 #include "bake/links/join_rows.h"
 #include "bake/links/project.h"
 #include "bake/links/visible_subtree.h"
@@ -11,6 +12,7 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -120,26 +122,36 @@ bool LinkTracer::onSurface(std::uint32_t cache) const {
 
 // What a cache sees, and what its links would cost and read.
 void LinkTracer::look(std::uint32_t cache, Worker& w) const {
-  gatherer_.gather(cache, caches_.positionWorld[cache], caches_.normal[cache], w.gather, w.arrivals, w.count);
+  gatherer_.gather(caches_.positionWorld[cache], caches_.normal[cache], w.gather, w.arrivals, w.count);
   w.tree.build(w.arrivals, onSurface(cache) ? 1.0f : 0.25f);
   cutKeys(w.tree, cutNode_, options_.key, w.keys);
+}
+
+// Those that decide how links are shared out: chosen by where they are, so that few others are after an edit.
+std::vector<std::uint32_t> LinkTracer::askedCaches() const {
+  const std::uint64_t oneOf = std::bit_floor(std::max<std::size_t>(1, caches_.count() / kAskedCaches));
+  std::vector<std::uint32_t> asked;
+  for (std::uint32_t c = 0; c < caches_.count(); ++c) {
+    if (placeNumber(caches_.positionWorld[c], caches_.normal[c]) % oneOf == 0) asked.push_back(c);
+  }
+  if (asked.empty() && caches_.count() > 0) asked.push_back(0);
+  return asked;
 }
 
 Result<float> LinkTracer::findMinKey(Context& context) {
   if (!budget_.isShared) return CutLimit{}.minKey;
   CutLimit limit{budget_.maxPerCache};
   limit.maxKeySum = keySumOf(options_.maxError, levelRadius(hierarchy_, geometry_));
-  const std::size_t step = std::max<std::size_t>(1, caches_.count() / kAskedCaches);
-  parallelChunks(
-      context, "links: shares", (caches_.count() + step - 1) / step, kGrain, [&](std::size_t begin, std::size_t end) {
-        std::unique_ptr<Worker> worker = pool_->take();
-        for (std::size_t i = begin; i < end; ++i) {
-          look(static_cast<std::uint32_t>(i * step), *worker);
-          selectCut(worker->tree, worker->keys, limit, worker->queue, worker->cut);
-          worker->keyCounts.add(worker->tree, worker->keys.key, static_cast<std::uint32_t>(worker->cut.size()));
-        }
-        pool_->giveBack(std::move(worker));
-      });
+  const std::vector<std::uint32_t> asked = askedCaches();
+  parallelChunks(context, "links: shares", asked.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    std::unique_ptr<Worker> worker = pool_->take();
+    for (std::size_t i = begin; i < end; ++i) {
+      look(asked[i], *worker);
+      selectCut(worker->tree, worker->keys, limit, worker->queue, worker->cut);
+      worker->keyCounts.add(worker->tree, worker->keys.key, static_cast<std::uint32_t>(worker->cut.size()));
+    }
+    pool_->giveBack(std::move(worker));
+  });
   if (context.cancelled()) return cancelledError();
   KeyCounts counts;
   for (const auto& worker : pool_->all()) counts.merge(std::exchange(worker->keyCounts, {}));

@@ -64,6 +64,7 @@ class LinkTracer {
   class WorkerPool;
   void look(std::uint32_t cache, Worker& worker) const;
   bool onSurface(std::uint32_t cache) const;
+  std::vector<std::uint32_t> askedCaches() const;
 
   const Hierarchy& hierarchy_;
   const Caches& caches_;

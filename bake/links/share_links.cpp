@@ -10,8 +10,8 @@
 namespace relume {
 namespace {
 
-constexpr std::size_t kBins = 65536;
-constexpr std::uint32_t kShift = 15;  // bits of a positive float below its bin
+constexpr std::uint32_t kShift = 17;  // bits of a positive float below its bin: 64 bins an octave
+constexpr std::size_t kBins = std::size_t{1} << (31 - kShift);
 
 constexpr double kMaxOfMean = 8.0;  // most links of a cache, in multiples of the mean, if the options do not say
 constexpr double kMaxLinks = 65535.0;

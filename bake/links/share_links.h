@@ -31,12 +31,13 @@ class KeyCounts {
 
   std::uint64_t caches() const { return caches_; }
   // The key above which caches may refine so that these caches together have at most `links` links, for
-  // CutLimit::minKey; -1 where all that is counted fits. Keys are told apart to 0.4 %.
+  // CutLimit::minKey; -1 where all that is counted fits. It is one of 64 an octave, so that it stays as it is
+  // where the caches change a little.
   float keyFor(double links) const;
 
  private:
   std::uint64_t caches_ = 0, roots_ = 0;
-  std::vector<std::uint64_t> count_;  // [Size 0 or 65536] by the key's exponent and 8 bits of its mantissa
+  std::vector<std::uint64_t> count_;  // [Size 0 or 16384] by the key's exponent and 6 bits of its mantissa
   std::vector<float> refined_;        // scratch
 };
 

@@ -2,10 +2,14 @@
 // See eliminate_round.h.
 #include "bake/surfels/eliminate_round.h"
 
+#include "bake/base/ladder.h"
 #include "bake/base/morton.h"
 #include "bake/base/parallel.h"
 #include "bake/base/parallel_sort.h"
 #include "bake/base/point_grid.h"
+#include "bake/base/random.h"
+
+#include <glm/common.hpp>
 
 #include <algorithm>
 #include <array>
@@ -20,6 +24,7 @@ constexpr float kWeightLimitBase = 0.65f;     // beta of the paper
 constexpr float kWeightLimitExponent = 1.5f;  // gamma of the paper
 constexpr float kQuotaSpacings = 8.0f;        // width of a quota's cube in spacings
 constexpr float kQuotaWeight = 1e-3f;         // penalty of a quota that has twice its points; a pair at 0.6 D has 7e-4
+constexpr double kShares = 8.0;               // in an octave, of the ladder
 constexpr std::size_t kBucketsPerChunk = 512;
 constexpr std::size_t kEliminationGrain = 1u << 14;
 constexpr std::size_t kRegionsPerChunk = 1;
@@ -124,7 +129,9 @@ EliminationRound::EliminationRound(std::span<const SurfaceSample> candidates, st
     const SurfaceSample& sample = candidates[points[grid.order()[i]]];
     node[i] = {sample.positionWorld, sample.normal, sample.emitter};
   });
-  sortByQuota(node, count, kQuotaSpacings * spacing, context);
+  // Of the ladder: a few candidates more or fewer somewhere must not change how crowded all others are.
+  share_ = onLadder(static_cast<double>(count) / static_cast<double>(points.size()), kShares);
+  sortByQuota(node, kQuotaSpacings * spacing, context);
   if (context.cancelled()) return;
 
   source_.resize(points.size());
@@ -134,15 +141,14 @@ EliminationRound::EliminationRound(std::span<const SurfaceSample> candidates, st
     points_[rank_[i]].positionWorld = node[i].positionWorld;
     points_[rank_[i]].reach = spacing / std::sqrt(candidates[source].density);
   });
-  const float share = static_cast<float>(count) / static_cast<float>(points.size());
+  const auto share = static_cast<float>(share_);
   limit_ = kWeightLimitBase * (1.0f - std::pow(share, kWeightLimitExponent));
   findNeighbours(node, grid, context);
 }
 
 // Sort the points by their quotas' cubes along a Morton curve, emitter by emitter. Every quota gets its share of
-// `count`; rounding errors are carried along the curve.
-void EliminationRound::sortByQuota(std::span<const SurfaceNode> node, std::uint32_t count, float cubeSize,
-                                   Context& context) {
+// `count`, rounded at random by where its cube is, so that what points there are elsewhere has no say.
+void EliminationRound::sortByQuota(std::span<const SurfaceNode> node, float cubeSize, Context& context) {
   struct SortKey {
     std::uint32_t emitter, point;
     std::uint64_t morton;
@@ -152,6 +158,7 @@ void EliminationRound::sortByQuota(std::span<const SurfaceNode> node, std::uint3
   for (const SurfaceNode& each : node) {
     for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], each.positionWorld[k]);
   }
+  low = glm::floor(low / cubeSize) * cubeSize;
   std::vector<SortKey> sorted(n);
   parallelChunks(context, "", n, kEliminationGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -166,7 +173,6 @@ void EliminationRound::sortByQuota(std::span<const SurfaceNode> node, std::uint3
 
   resizeByThreads(context, points_, n);
   rank_.resize(n);
-  const auto rounded = [&](std::size_t upTo) { return (2 * upTo * count + n) / (2 * n); };
   for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
     const SortKey& first = sorted[begin];
     const bool opens =
@@ -183,7 +189,8 @@ void EliminationRound::sortByQuota(std::span<const SurfaceNode> node, std::uint3
     }
     Quota& quota = quotas_.emplace_back();
     quota.left = static_cast<std::uint32_t>(end - begin);
-    quota.wanted = static_cast<std::uint32_t>(rounded(end) - rounded(begin));
+    const double round = static_cast<double>(mix64(first.morton ^ std::uint64_t{first.emitter} << 32) >> 11) * 0x1p-53;
+    quota.wanted = static_cast<std::uint32_t>(share_ * quota.left + round);
     quota.update();
   }
 }

@@ -64,7 +64,7 @@ class EliminationRound {
   };
   class Queue;
 
-  void sortByQuota(std::span<const SurfaceNode> node, std::uint32_t count, float cubeSize, Context& context);
+  void sortByQuota(std::span<const SurfaceNode> node, float cubeSize, Context& context);
   void findNeighbours(std::span<const SurfaceNode> node, const PointGrid& grid, Context& context);
   float excess(const Point& point) const { return point.weight + quotas_[point.quota].penalty; }
   void remove(std::uint32_t point);
@@ -83,6 +83,7 @@ class EliminationRound {
   std::uint32_t count_ = 0;
   std::size_t left_ = 0;
   float limit_ = 0.0f;  // distances below limit_ * D crowd no more than limit_ * D itself
+  double share_ = 1.0;  // of the points that stay
 };
 
 }  // namespace relume

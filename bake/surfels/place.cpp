@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The surfels' stage (PIC 4.2): candidates spread by area, one of three placements, the map from hits to surfels, and
 // albedo and emission integrated over what each surfel stands for.
+#include "bake/base/ladder.h"
 #include "bake/surfels/eliminate.h"
 #include "bake/surfels/emitter_footprints.h"
 #include "bake/surfels/footprint.h"
@@ -24,6 +25,7 @@ constexpr std::uint32_t kEmitterSurfels = 16;      // each emitter gets at least
 constexpr std::size_t kManyCandidates = 1u << 25;  // with more, fewer candidates per surfel are enough
 constexpr std::size_t kFootprintSamples = 8;       // per surfel
 constexpr int kMaxRedraws = 4;
+constexpr double kSpacings = 16.0;  // in an octave
 constexpr std::size_t kMaxRedrawn =
     16;  // most points drawn, in multiples of those wanted: if masks leave less, there are fewer surfels
 
@@ -51,8 +53,9 @@ struct Drawn {
 Drawn drawPoints(const SurfaceSampler& sampler, std::size_t count, std::uint64_t seed, std::uint32_t salt,
                  Context& context) {
   Drawn drawn;
-  drawn.samples = sampler.draw(count, seed, salt, context);
-  drawn.share = std::min(1.0, static_cast<double>(drawn.samples.size()) / static_cast<double>(count));
+  std::size_t laid = 0;
+  drawn.samples = sampler.draw(count, seed, salt, context, &laid);
+  drawn.share = laid > 0 ? static_cast<double>(drawn.samples.size()) / static_cast<double>(laid) : 0.0;
   return drawn;
 }
 
@@ -63,7 +66,8 @@ Drawn drawAtLeast(const SurfaceSampler& sampler, std::size_t wanted, std::size_t
   Drawn drawn = drawPoints(sampler, wanted, seed, salt, context);
   for (int i = 0; i < kMaxRedraws && drawn.samples.size() < count && wanted < max && !context.cancelled(); ++i) {
     if (drawn.samples.empty()) break;
-    const double grown = 1.02 * static_cast<double>(wanted) / drawn.share;
+    const double grown = 1.02 * static_cast<double>(wanted) * static_cast<double>(count) /
+                         static_cast<double>(std::min(count, drawn.samples.size()));
     wanted = std::min(max, static_cast<std::size_t>(std::ceil(std::min(grown, static_cast<double>(max)))) + 1);
     drawn = drawPoints(sampler, wanted, seed, salt, context);
   }
@@ -77,9 +81,9 @@ void thinOut(std::vector<SurfaceSample>& samples, std::size_t count) {
   samples.resize(count);
 }
 
-// Spacing [m] of the densest, that is hexagonal, packing of n discs on an area [m²].
+// Spacing [m] of the densest, that is hexagonal, packing of n discs on an area [m²], to the next step of the ladder.
 float densestSpacing(double area, std::size_t n) {
-  return static_cast<float>(std::sqrt(2.0 / std::sqrt(3.0) * area / static_cast<double>(n)));
+  return static_cast<float>(onLadder(std::sqrt(2.0 / std::sqrt(3.0) * area / static_cast<double>(n)), kSpacings));
 }
 
 struct Placement {
@@ -173,7 +177,8 @@ Result<PlacedSurfels> placeSurfels(const RayTracer& tracer, const PlaySpace& pla
   result.map = buildSurfelMap(scene, playSpace, samples, spacing, context, lookups + ownLookups);
   if (context.cancelled()) return cancelledError();
   const Drawn inside = drawPoints(sampler, footprintSamples, seed, 1, context);
-  const auto width = static_cast<float>(std::sqrt(sampler.measure() / static_cast<double>(footprintSamples)));
+  const auto width =
+      static_cast<float>(onLadder(std::sqrt(sampler.measure() / static_cast<double>(footprintSamples)), kSpacings));
   Footprints footprints = integrateFootprints(scene, result.map, samples, inside.samples, width, context);
   if (context.cancelled()) return cancelledError();
   result.emitters = findEmitterFootprints(scene, result.map, samples, sampler, spacing, seed, context);

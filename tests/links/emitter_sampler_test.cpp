@@ -33,7 +33,7 @@ FromEmitters gatherEmitters(const TileScene& tiles, const glm::vec3& position, c
   Gatherer::Scratch scratch;
   std::vector<Arrival> arrivals;
   RayCount count;
-  gatherer.gather(0, position, normal, scratch, arrivals, count);
+  gatherer.gather(position, normal, scratch, arrivals, count);
   const double scale = glm::dot(normal, normal) > 0.0f ? 1.0 : 0.25;
   FromEmitters sum;
   for (const Arrival& a : arrivals) {

@@ -156,7 +156,9 @@ TEST(PlaceSurfels, eliminationSpreadsBestAndRelaxationBeatsHalton) {
     double mean = 0.0;
     for (const double d : nearest) mean += d / 3000.0;
     EXPECT_NEAR(mean, s.spacingMean, 1e-4);
-    EXPECT_NEAR(s.spacingDensest, std::sqrt(2.0 / std::sqrt(3.0) * 100.0 / 3000.0), 1e-5);
+    // To a step of the ladder.
+    const double densest = std::sqrt(2.0 / std::sqrt(3.0) * 100.0 / 3000.0);
+    EXPECT_NEAR(s.spacingDensest, densest, 0.023 * densest);
   }
   EXPECT_LT(cv[1], 0.8f * cv[0]);
   EXPECT_LT(cv[2], 0.12f);

@@ -2,6 +2,7 @@
 // See place_lightmap.h.
 #include "bake/caches/lightmap/place_lightmap.h"
 
+#include "bake/base/ladder.h"
 #include "bake/base/memory_budget.h"
 #include "bake/base/morton.h"
 #include "bake/caches/lightmap/atlas_texels.h"
@@ -38,6 +39,7 @@ constexpr double kAtlasBytes = 17.0, kWhichBytes = 1.1, kCornersPerTexel = 3.0, 
 // them stay below 3 from the first guess on (63 levels). Many full texels within one texel of each other may reach 300,
 // and the time to count them grows with the square of the texels.
 constexpr double kTooMany = 8.0;
+constexpr double kTexelSizes = 32.0;     // in an octave, of the ladder that is searched
 constexpr float kOftenMinTexels = 8.0f;  // with more, few caches pay, and texels shrink until enough do
 
 struct Trial {
@@ -185,17 +187,23 @@ class Placer {
     return status;
   }
 
-  double firstGuess(double target) const { return std::sqrt(set_.areaSeen / std::max(1.0, target)); }
+  double firstGuess(double target) const {
+    double texelArea = 0.0;  // [m²] at density 1
+    for (const Patch& patch : set_.patches)
+      texelArea += double{patch.area} * double{patch.levelDensity} * double{patch.levelDensity};
+    return std::sqrt(texelArea / std::max(1.0, target));
+  }
 
-  // Search for the texel size whose number of unique caches is nearest to the target, by secant steps in logarithms.
-  // After a trial that was given up, take the geometric mean of its size and the last one that was not.
+  // Search the ladder for the texel size whose number of unique caches is nearest to the target, by secant steps in
+  // logarithms. After a trial that was given up, take the geometric mean of its size and the last one that was not.
   Trial searchCount() {
     constexpr int kSteps = 7;
     constexpr double kCloseCount = 0.03;
     const double target = options_.lightmapCaches;
     const auto maxCaches = static_cast<std::size_t>(kTooMany * target);
     Trial best;
-    double size = firstGuess(target), bestOff = INFINITY, power = kCountPower, lastSize = 0.0, lastCount = 0.0;
+    double size = onLadder(firstGuess(target), kTexelSizes), bestOff = INFINITY, power = kCountPower, lastSize = 0.0,
+           lastCount = 0.0;
     double tooFine = 0.0;  // the largest size that was given up
     for (int i = 0; i < kSteps && !context_.cancelled(); ++i) {
       ++steps_;
@@ -203,7 +211,8 @@ class Placer {
       if (refused_) return best;
       if (trial.shared.tooMany) {
         tooFine = size;
-        size = lastSize > size ? std::sqrt(size * lastSize) : size * std::pow(kTooMany, 1.0 / power);
+        size = onLadder(lastSize > size ? std::sqrt(size * lastSize) : size * std::pow(kTooMany, 1.0 / power),
+                        kTexelSizes);
         continue;
       }
       const double count = std::max(1.0, static_cast<double>(trial.shared.caches.size()));
@@ -219,6 +228,8 @@ class Placer {
       lastCount = count;
       size *= std::pow(count / target, 1.0 / power);
       if (size <= tooFine) size = std::sqrt(tooFine * lastSize);
+      size = onLadder(size, kTexelSizes);
+      if (size == lastSize || size <= tooFine) break;
     }
     if (bestOff == INFINITY) best = lay(size);
     followCurvature(set_, best.texels.texelSize);
@@ -231,7 +242,7 @@ class Placer {
     const double capacity = static_cast<double>(options_.lightmapSize) * options_.lightmapSize;
     double size = firstGuess(capacity);
     for (int i = 0; i < kSteps && !context_.cancelled(); ++i) {
-      const Trial tried = lay(size);
+      const Trial tried = lay(onLadder(size, kTexelSizes));
       if (refused_) return std::nullopt;
       const AtlasRequest wish = requestAtlas(tried.texels, tried.shared);
       double area = static_cast<double>(wish.single.size());
@@ -241,7 +252,7 @@ class Placer {
       size *= std::pow(std::max(ratio, 1e-3), 1.0 / kCountPower);
     }
     for (int i = 0; i < kTries && !context_.cancelled(); ++i, size *= 1.0 + 0.03 * (1 + i / 4)) {
-      trial = lay(size);
+      trial = lay(onLadder(size, kTexelSizes));
       if (refused_) return std::nullopt;
       sortCaches(trial.shared);
       request = requestAtlas(trial.texels, trial.shared);
