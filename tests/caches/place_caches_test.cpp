@@ -367,6 +367,20 @@ TEST(PlaceCaches, TexelDensityOfANodeIsRespected) {
   EXPECT_GT(cachesOnPanel(3.0f), 4 * cachesOnPanel(1.0f));
 }
 
+// The search for the size of texels begins with what densities make of the surface.
+TEST(PlaceCaches, DensityEverywhereIsNoDetour) {
+  const auto stepsOf = [](float density) {
+    Placed p{roomScene(), {}, {}, {}};
+    for (Instance& instance : p.scene.instances) instance.texelDensity = density;
+    Context context;
+    Context::Stage stage(context, "caches");
+    test::place(p, fewCaches(1000), test::walks(1u << 16), context);
+    return test::figureOf(context, "search_steps");
+  };
+  EXPECT_GE(stepsOf(1.0f), 1.0);
+  EXPECT_EQ(stepsOf(100.0f), stepsOf(1.0f));
+}
+
 TEST(PlaceCaches, AskedForSizeIsTheSizeOfTheLightMap) {
   Placed p{roomScene(), {}, {}, {}};
   CacheOptions options = fewCaches(100);

@@ -8,7 +8,9 @@
 #include <gtest/gtest.h>
 #include <glm/ext/matrix_transform.hpp>
 
+#include <limits>
 #include <optional>
+#include <string_view>
 
 namespace relume::test {
 
@@ -31,6 +33,16 @@ inline void place(Placed& p, const CacheOptions& options, const PlaySpaceOptions
   ASSERT_TRUE(caches) << caches.error().message;
   p.caches = unpack(*caches);
   p.packed = std::move(*caches);
+}
+
+// What a stage told; NaN where none told this.
+inline double figureOf(const Context& context, std::string_view name) {
+  for (const StageReport& stage : context.report()) {
+    for (const auto& [figure, value] : stage.figures) {
+      if (figure == name) return value;
+    }
+  }
+  return std::numeric_limits<double>::quiet_NaN();
 }
 
 inline PlaySpaceOptions walks(std::uint32_t count) {

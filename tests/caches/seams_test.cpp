@@ -16,15 +16,6 @@
 namespace relume {
 namespace {
 
-double figureOf(const Context& context, const std::string& name) {
-  for (const StageReport& stage : context.report()) {
-    for (const auto& [figure, value] : stage.figures) {
-      if (figure == name) return value;
-    }
-  }
-  return NAN;
-}
-
 // A room with a dented ball in it: its charts are curved, and meet at seams.
 Scene roomWithBall() {
   Scene scene;
@@ -49,9 +40,9 @@ void place(Placed& p, std::uint32_t count) {
   options.lightmapCaches = count;
   options.gridCaches = 27;
   ASSERT_NO_FATAL_FAILURE(test::place(p, options, test::walks(1u << 16), context));
-  p.texel = figureOf(context, "texel_m");
-  p.unstitched = figureOf(context, "seam_jump_unstitched_texels");
-  p.stitched = figureOf(context, "seam_jump_texels");
+  p.texel = test::figureOf(context, "texel_m");
+  p.unstitched = test::figureOf(context, "seam_jump_unstitched_texels");
+  p.stitched = test::figureOf(context, "seam_jump_texels");
 }
 
 TEST(Seams, BothSidesTakeTheirLightFromNearlyOnePlace) {
