@@ -17,6 +17,10 @@ namespace relume {
 namespace {
 
 constexpr std::size_t kSuns = 8, kPoints = 8, kEmitters = 8;
+// How far points of light keep from surfaces, if they can, in widths of a surfel: what is closer lights a spot that no
+// surfel resolves, and the cache beside it would decide the whole error.
+constexpr float kClearance = 3.0f;
+constexpr int kMostCramped = 256;  // places looked at in vain
 
 // Around the compass, low and high in turn.
 Lighting sun(std::size_t i) {
@@ -44,24 +48,48 @@ std::vector<glm::vec3> freePlaces(const Bake& bake) {
   return places;
 }
 
+bool isClear(const Bake& bake, const glm::vec3& place) {
+  const float least = kClearance * kClearance * bake.surfels.areaEach;
+  return std::ranges::none_of(bake.surfels.positionWorld, [&](const glm::vec3& p) {
+    const glm::vec3 way = p - place;
+    return glm::dot(way, way) < least;
+  });
+}
+
 // Farthest-point sampling: each place is the one farthest from those before it, the first the one nearest to the mean.
-std::vector<glm::vec3> spread(const std::vector<glm::vec3>& places, std::size_t count) {
+// Places near surfaces are taken where there are too few others.
+std::vector<glm::vec3> spread(const Bake& bake, const std::vector<glm::vec3>& places, std::size_t count) {
   std::vector<glm::vec3> chosen;
   if (places.empty()) return chosen;
   glm::dvec3 mean(0.0);
   for (const glm::vec3& p : places) mean += glm::dvec3(p) / static_cast<double>(places.size());
-  std::size_t next = 0;
-  for (std::size_t i = 1; i < places.size(); ++i) {
-    if (glm::distance(places[i], glm::vec3(mean)) < glm::distance(places[next], glm::vec3(mean))) next = i;
-  }
-  std::vector<float> distance(places.size(), std::numeric_limits<float>::infinity());
-  while (chosen.size() < std::min(count, places.size())) {
-    chosen.push_back(places[next]);
-    for (std::size_t i = 0; i < places.size(); ++i)
-      distance[i] = std::min(distance[i], glm::distance(places[i], chosen.back()));
-    next = static_cast<std::size_t>(std::max_element(distance.begin(), distance.end()) - distance.begin());
-    if (!(distance[next] > 0.0f)) break;
-  }
+  std::vector<float> fromMean, distance(places.size(), std::numeric_limits<float>::infinity());
+  for (const glm::vec3& p : places) fromMean.push_back(glm::distance(p, glm::vec3(mean)));
+  std::vector<std::uint8_t> out(places.size(), 0);
+  const auto chooseFrom = [&](bool all) {
+    int cramped = 0;
+    while (chosen.size() < std::min(count, places.size()) && cramped < kMostCramped) {
+      std::size_t next = places.size();
+      for (std::size_t i = 0; i < places.size(); ++i) {
+        if (out[i] != 0 || !(distance[i] > 0.0f)) continue;
+        const bool better =
+            next == places.size() || (chosen.empty() ? fromMean[i] < fromMean[next] : distance[i] > distance[next]);
+        if (better) next = i;
+      }
+      if (next == places.size()) return;
+      out[next] = 1;
+      if (!all && !isClear(bake, places[next])) {
+        ++cramped;
+        continue;
+      }
+      chosen.push_back(places[next]);
+      for (std::size_t i = 0; i < places.size(); ++i)
+        distance[i] = std::min(distance[i], glm::distance(places[i], chosen.back()));
+    }
+  };
+  chooseFrom(false);
+  std::ranges::fill(out, std::uint8_t{0});
+  chooseFrom(true);
   return chosen;
 }
 
@@ -90,7 +118,7 @@ std::vector<Lighting> makeLightings(const Bake& a, const Bake& b) {
     list.push_back({"sky", "sky", {}, true, {}});
   for (std::size_t i = 0; i < kSuns; ++i) list.push_back(sun(i));
 
-  const std::vector<glm::vec3> points = spread(freePlaces(a), kPoints);
+  const std::vector<glm::vec3> points = spread(a, freePlaces(a), kPoints);
   for (std::size_t i = 0; i < points.size(); ++i) {
     Light light;
     light.positionWorld = points[i];

@@ -17,8 +17,9 @@ struct Lighting {
   std::vector<std::string> emitters;  // nodes whose emission is on
 };
 
-// A sky when one of the bakes has sky patches, 8 suns of 1 W/m², 8 points of light spread over A's caches, each of the
-// 8 strongest emitting nodes alone and the others together. A function of the bakes alone, in this order.
+// A sky when one of the bakes has sky patches, 8 suns of 1 W/m², 8 points of light spread over A's caches, away from
+// surfaces where it can be, each of the 8 strongest emitting nodes alone and the others together. A function of the
+// bakes alone, in this order.
 std::vector<Lighting> makeLightings(const Bake& a, const Bake& b);
 
 // Emission of a bake's surfels with only those nodes switched on. [Size n_S]
