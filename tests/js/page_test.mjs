@@ -31,8 +31,8 @@ try {
   }
   const run = (expression) => browser.run(expression);
 
-  // The CPU's light.
-  const kLimit = 0.0015;
+  // The CPU's light. Links of kind sh add and take away, so that what nodes are rounded by weighs more.
+  const limitOf = (name) => name === 'sh.relume' ? 0.003 : 0.0015;
   const kBakes = [...(isLong ? [['medium.relume', '{}']] : []), ['level.relume', '{}'], ['level.relume', '{lumaBands: 2, chromaBands: 1}, 4'],
                   ['level.relume', '{glossy: true}, 1'], ['cone.relume', '{}'], ['irradiance.relume', '{}'], ['sh.relume', '{}']];
   for (const [name, options] of kBakes) {
@@ -41,7 +41,7 @@ try {
       assert.deepEqual([!found[setup].map, !found[setup].grid], [name === 'cone.relume', name === 'irradiance.relume']);
       const show = (c) => !c ? 'none' : `${(100 * c.y).toFixed(3)} % in Y, ${(100 * c.chroma).toFixed(3)} % in chroma`;
       console.log(`${name} ${options} ${setup}: light map ${show(found[setup].map)}; grid ${show(found[setup].grid)}`);
-      for (const each of [found[setup].map, found[setup].grid].filter(Boolean)) assert.ok(each.rms > 0 && each.y < kLimit && each.chroma < kLimit, JSON.stringify(found));
+      for (const each of [found[setup].map, found[setup].grid].filter(Boolean)) assert.ok(each.rms > 0 && Math.max(each.y, each.chroma) < limitOf(name), JSON.stringify(found));
       assert.equal(found[setup].backend, 'webgl2');
     }
     assert.equal(found.live, 0, 'objects that nothing deleted');
