@@ -148,8 +148,8 @@ function(relume_command_line target)
   endif()
 endfunction()
 
-# Register a test by its command; no timeout where that is empty. Files of two builds' tests, which may run at once, stay
-# apart.
+# Register a test by its command; `timeout` [s] is more than it takes where nothing else runs, and may be empty. What ends it
+# is four times that: a test that hangs, not one that is slow. Files of two builds' tests, which may run at once, stay apart.
 function(relume_add_test name timeout)
   set(temporary ${PROJECT_BINARY_DIR}/temporary)
   file(MAKE_DIRECTORY ${temporary})
@@ -157,7 +157,8 @@ function(relume_add_test name timeout)
   set_tests_properties(${name} PROPERTIES ENVIRONMENT "TMPDIR=${temporary};TEST_TMPDIR=${temporary}")
   # What may take long starts first, so that no processor waits for the last one.
   if(timeout)
-    set_tests_properties(${name} PROPERTIES TIMEOUT ${timeout} COST ${timeout})
+    math(EXPR limit "4 * ${timeout}")
+    set_tests_properties(${name} PROPERTIES TIMEOUT ${limit} COST ${timeout})
   endif()
 endfunction()
 

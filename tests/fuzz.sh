@@ -60,7 +60,7 @@ export ASAN_OPTIONS=malloc_context_size=4:quarantine_size_mb=1  # half the time 
 fuzz() {
   local name=$1 slow slow_s=1
   [ "$name" != bake ] || slow_s=10
-  "$programs/fuzz_$name" -seed="$seed" -max_total_time="$seconds" -timeout=60 -report_slow_units=$slow_s -rss_limit_mb=2048 \
+  "$programs/fuzz_$name" -seed="$seed" -max_total_time="$seconds" -timeout=600 -report_slow_units=$slow_s -rss_limit_mb=2048 \
     -max_len=8192 -entropic=0 -artifact_prefix="$findings/$name-" -print_final_stats=1 "$corpus/$name" "$seeds/$name" || return 1
   # What took longer by the clock must not have: again, by CPU time.
   for slow in "$findings/$name"-slow-unit-*; do

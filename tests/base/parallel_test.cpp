@@ -33,7 +33,7 @@ std::size_t threadsAtOnce(int threads, std::size_t awaited) {
     std::unique_lock lock(mutex);
     ids.insert(std::this_thread::get_id());
     arrived.notify_all();
-    arrived.wait_for(lock, std::chrono::seconds(20), [&] { return ids.size() >= awaited; });
+    arrived.wait_for(lock, std::chrono::seconds(120), [&] { return ids.size() >= awaited; });
   });
   return ids.size();
 }

@@ -138,7 +138,7 @@ TEST_F(CompareCli, pageOpensInABrowserWithoutErrors) {
   ASSERT_EQ(written.status, 0) << written.err;
   for (const char* width : {"1200", "390"}) {
     const std::string command =
-        "timeout 100 chromium --headless --no-sandbox --disable-gpu --enable-logging=stderr "
+        "timeout 600 chromium --headless --no-sandbox --disable-gpu --enable-logging=stderr "
         "--user-data-dir='" +
         at("profile") + "' --window-size=" + width + ",2000 --screenshot='" + at("page.png") + "' --dump-dom 'file://" +
         at("page.html") + "' >'" + at("dom.txt") + "' 2>'" + at("log.txt") + "'";

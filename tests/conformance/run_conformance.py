@@ -3,7 +3,7 @@
 """Bake every .glb and .gltf under a folder at the draft preset and write the outcome as a Markdown table.
 
     tests/conformance/run_conformance.py --relume build/release/tools/cli/relume --scenes FOLDER \\
-        [--output docs/notes/conformance.md] [--timeout 120] [--only PART] [--jobs 1]
+        [--output docs/notes/conformance.md] [--timeout 900] [--only PART] [--jobs 1]
 
 A file passes when it bakes, or when it is refused with one of the documented exit codes and a message that names the
 file. Exit status: 0 all pass; 1 wrong arguments; 7 some file crashed, hung, was refused without a name, or was not
@@ -130,7 +130,7 @@ def main():
     parser.add_argument("--relume", type=pathlib.Path, required=True, help="the relume binary")
     parser.add_argument("--scenes", type=pathlib.Path, required=True, help="folder with .glb and .gltf files")
     parser.add_argument("--output", type=pathlib.Path, help="Markdown file to write; standard output without it")
-    parser.add_argument("--timeout", type=float, default=120.0, help="seconds a file may take (120)")
+    parser.add_argument("--timeout", type=float, default=900.0, help="seconds a file may take (900)")
     parser.add_argument("--only", default="", help="only files whose path holds this")
     parser.add_argument("--jobs", type=int, default=1, help="files at a time (1); seconds are honest with 1 only")
     options = parser.parse_args()

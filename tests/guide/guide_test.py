@@ -60,7 +60,7 @@ def run_page(page, source, work, path, library):
             continue
         for command, expected in commands(text):
             begin = time.monotonic()
-            result = subprocess.run(["bash", "-euo", "pipefail", "-c", command], cwd=folder, env=environment, timeout=120,
+            result = subprocess.run(["bash", "-euo", "pipefail", "-c", command], cwd=folder, env=environment, timeout=900,
                                     stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
             log.append(f"{page.name}: {time.monotonic() - begin:5.2f} s  {command.strip()}")
             if result.returncode not in expected:

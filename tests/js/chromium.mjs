@@ -100,11 +100,19 @@ export class Chromium {
   }
   async open(url) {
     await this.send('Page.navigate', {url});
-    for (let i = 0; i < 600; ++i) {
-      if (await this.run('document.readyState').catch(() => '') === 'complete') return;
+    await this.until(async () => await this.run('document.readyState').catch(() => '') === 'complete', `${url} does not load`);
+  }
+  // The page says that it is ready (data-ready of its root).
+  async ready() {
+    await this.until(async () => await this.run('document.documentElement.dataset.ready') === 'yes', 'the page is not ready');
+  }
+  // Ten minutes: what waits is for what hangs, not for what is slow.
+  async until(is, otherwise) {
+    for (let i = 0; i < 12000; ++i) {
+      if (await is()) return;
       await new Promise((done) => setTimeout(done, 50));
     }
-    throw new Error(`${url} does not load`);
+    throw new Error(otherwise);
   }
   // The value of an expression in the page; promises are waited for.
   async run(expression) {

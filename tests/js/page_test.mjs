@@ -26,9 +26,7 @@ const server = await serve({'/relume/': folder, '/work/': work, '/': path.dirnam
 const browser = await Chromium.start(program);
 try {
   await browser.open(`${server.url}/page.html`);
-  for (let i = 0; i < 200 && await browser.run('document.documentElement.dataset.ready') !== 'yes'; ++i) {
-    await new Promise((done) => setTimeout(done, 50));
-  }
+  await browser.ready();
   const run = (expression) => browser.run(expression);
 
   // The CPU's light. Links of kind sh add and take away, so that what nodes are rounded by weighs more.

@@ -12,7 +12,7 @@ const program = needChromium(folder, {long: true});
 if (spawnSync('npm', ['view', 'three', 'version'], {timeout: 30000}).status !== 0) skip('npm reaches no registry for three');
 mkdirSync(work, {recursive: true});
 const out = path.join(work, 'page'), env = {...process.env, RELUME: relume, RELUME_NPM: folder, PRESET: 'draft'};
-const built = spawnSync(path.join(sample, 'build.sh'), [out], {env, encoding: 'utf8', timeout: 120000});
+const built = spawnSync(path.join(sample, 'build.sh'), [out], {env, encoding: 'utf8', timeout: 900000});
 assert.equal(built.status, 0, built.stderr);
 const missing = spawnSync(path.join(sample, 'build.sh'), [out, 'missing.glb'], {env, encoding: 'utf8'});
 assert.ok(missing.status === 1 && /missing\.glb: there is no such level/.test(missing.stderr));
@@ -20,12 +20,11 @@ assert.ok(missing.status === 1 && /missing\.glb: there is no such level/.test(mi
 const server = await serve({'/': out});
 for (const [name, size] of Object.entries({wide: {width: 960, height: 540}, phone: {width: 390, height: 800}})) {
   const browser = await Chromium.start(program, size);
-  const pause = (ms) => new Promise((done) => setTimeout(done, ms));
   // Frames go by in SwiftShader's time.
   const frames = (count) => browser.run(`new Promise((done) => { let n = ${count}; const next = () => (n-- > 0 ? requestAnimationFrame(next) : done()); next(); })`);
   try {
     await browser.open(`${server.url}/index.html`);
-    for (let i = 0; i < 400 && await browser.run('document.documentElement.dataset.ready') !== 'yes'; ++i) await pause(100);
+    await browser.ready();
     assert.equal(await browser.run('document.getElementById("status").textContent'), '');
     // Nothing hangs over the window's edge.
     assert.ok(await browser.run('document.documentElement.scrollWidth <= innerWidth && document.querySelector("canvas").clientHeight > innerHeight / 3'));

@@ -36,7 +36,7 @@ const server = await serve({'/relume/': folder, '/work/': work, '/three/': three
 const browser = await Chromium.start(program);
 try {
   await browser.open(`${server.url}/three_page.html`);
-  for (let i = 0; i < 400 && await browser.run('document.documentElement.dataset.ready') !== 'yes'; ++i) await new Promise((done) => setTimeout(done, 50));
+  await browser.ready();
   for (const [camera, light, exposure] of kViews) {
     const found = await browser.run(`tests.indirect('${camera}', '${light}', '/work/${camera}_${light}.png', ${exposure})`);
     console.log(`${camera} ${light}: energy ${(100 * found.energy - 100).toFixed(1)} %, relative RMSE ${(100 * found.rmse).toFixed(1)} % in ${(100 * found.smooth).toFixed(0)} % of the picture, mean ${found.mean.toFixed(3)}`);

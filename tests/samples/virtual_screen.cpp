@@ -124,7 +124,7 @@ bool VirtualScreen::waitFor(const Condition& is, const std::function<bool()>& go
 }
 
 bool VirtualScreen::waitUntil(const std::function<bool()>& is, const std::function<bool()>& goesOn) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(10);
   do {
     if (is()) return true;
     pause(0.02);

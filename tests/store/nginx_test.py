@@ -83,7 +83,7 @@ class Server:
     def start(self):
         self.process = subprocess.Popen([self.nginx, "-c", f"{self.folder}/nginx.conf", "-p", str(self.folder), "-e", "stderr"],
                                         stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, preexec_fn=end_with_parent)
-        end = time.monotonic() + 10
+        end = time.monotonic() + 300
         while time.monotonic() < end:
             expect(self.process.poll() is None, "nginx does not start: " + str(self.process.poll()))
             with socket.socket() as each:
@@ -108,10 +108,17 @@ class Silent:
 
     def __enter__(self):
         self.socket = socket.create_server(("127.0.0.1", 0))
-        return f"http://127.0.0.1:{self.socket.getsockname()[1]}/"
+        self.socket.settimeout(300)
+        self.connections = []
+        self.url = f"http://127.0.0.1:{self.socket.getsockname()[1]}/"
+        return self
+
+    def await_connection(self):
+        self.connections.append(self.socket.accept()[0])
 
     def __exit__(self, *_):
-        self.socket.close()
+        for each in [self.socket, *self.connections]:
+            each.close()
 
 
 class Test:
@@ -126,7 +133,7 @@ class Test:
         command = [self.relume, "bake", self.level, "-o", output, "--preset", "draft", "--progress", "none", *more]
         if store:
             command += ["--store", store, "--store-stats"]
-        ended = subprocess.run(command, capture_output=True, text=True, timeout=120)
+        ended = subprocess.run(command, capture_output=True, text=True, timeout=900)
         expect(ended.returncode == 0, f"{store}: status {ended.returncode}: {ended.stderr}")
         return output.read_bytes(), ended.stdout + ended.stderr
 
@@ -184,20 +191,20 @@ class Test:
 
         # The server's folder is held to a size where it lies.
         kept = subprocess.run([self.relume, "store", "gc", self.server.folder / "files" / "store", "--limit", "4K"],
-                              capture_output=True, text=True, timeout=30)
+                              capture_output=True, text=True, timeout=300)
         expect(kept.returncode == 0 and " removed (" in kept.stdout, kept.stdout + kept.stderr)
         self.same(store, " written (")
-        refused = subprocess.run([self.relume, "store", "gc", store], capture_output=True, text=True, timeout=30)
+        refused = subprocess.run([self.relume, "store", "gc", store], capture_output=True, text=True, timeout=300)
         expect(refused.returncode == 1 and "run it on the server" in refused.stderr, refused.stderr)
 
         # A server that falls silent does not hold up Ctrl-C.
-        with Silent() as url:
-            command = [self.relume, "bake", self.level, "-o", self.folder / "never.relume", "--store", url]
+        with Silent() as silent:
+            command = [self.relume, "bake", self.level, "-o", self.folder / "never.relume", "--store", silent.url]
             waiting = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
-            time.sleep(2.0)
+            silent.await_connection()
             expect(waiting.poll() is None, "it waits for the server")
             waiting.send_signal(signal.SIGINT)
-            expect(waiting.wait(timeout=30) == 130, "cancelled")
+            expect(waiting.wait(timeout=300) == 130, "cancelled")
 
 
 def main():

@@ -74,9 +74,9 @@ class Source {
     XFlush(display_);
   }
 
-  // Whether that message comes within a minute; the list of files is handed over meanwhile.
+  // Whether that message comes within ten minutes; the list of files is handed over meanwhile.
   bool await(const char* message) {
-    for (int i = 0; i < 6000; ++i) {
+    for (int i = 0; i < 60000; ++i) {
       while (XPending(display_) > 0) {
         XEvent event;
         XNextEvent(display_, &event);

@@ -17,7 +17,7 @@
 namespace relume {
 namespace {
 
-constexpr double kStep = 1.0 / 15.0, kPatience = 60.0;  // [s]
+constexpr double kStep = 1.0 / 15.0, kPatience = 300.0;  // [s]
 constexpr LiveLevelOptions kOptions{8, 16, 2};
 
 class LiveJobs : public testing::Test {
@@ -51,6 +51,12 @@ class LiveJobs : public testing::Test {
       return {};
     }
     return std::move(**found);
+  }
+  // The next frame that has copies of voxels; frames of before a wish was heard have none.
+  static LitFrame nextCopies(LiveJob& job) {
+    LitFrame found = next(job);
+    while (!found.hasCopies() && !HasFailure()) found = next(job);
+    return found;
   }
   static void wait(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
 
@@ -102,7 +108,7 @@ TEST_F(LiveJobs, voxelsThatNobodyHasTakenAreNotLost) {
   // Many frames of the same voxels, in place of the one that had them
   job.follow(lifted(0.7f), true);
   wait(200);
-  const LitFrame moved = next(job);
+  const LitFrame moved = nextCopies(job);
   ASSERT_EQ(moved.volumes.size(), 1u);
   ASSERT_TRUE(moved.volumes[0].copy);
   EXPECT_EQ(moved.volumes[0].radiance.size(), moved.volumes[0].copy->radiance().size());
@@ -111,10 +117,11 @@ TEST_F(LiveJobs, voxelsThatNobodyHasTakenAreNotLost) {
   wait(200);
   job.follow(lifted(std::numeric_limits<float>::quiet_NaN()), true);
   wait(200);
-  for (std::optional<Result<LitFrame>> found = job.take(kPatience); found && *found; found = job.take(kPatience)) {
-  }
+  bool isTaken = false;  // where the machine is slow, before the refusal
+  for (std::optional<Result<LitFrame>> found = job.take(kPatience); found && *found; found = job.take(kPatience))
+    isTaken = (*found)->hasCopies();
   job.follow(lifted(0.9f), true);
-  EXPECT_TRUE(next(job).hasCopies());
+  EXPECT_TRUE(isTaken || nextCopies(job).hasCopies());
 }
 
 // Where OpenGL lights several volumes, those that have changed alone, and none that nobody has taken is lost.
@@ -156,10 +163,13 @@ TEST_F(LiveJobs, volumesThatFollowTheEyeComeOneByOne) {
   wait(200);
   follow(eye - glm::vec3(1.5f - 2.0f * step, 0.0f, 0.0f));
   wait(200);
-  const LitFrame both = next(job);
-  ASSERT_EQ(both.volumes.size(), 3u);
-  EXPECT_FALSE(both.volumes[0].copy);
-  EXPECT_TRUE(both.volumes[1].copy && both.volumes[2].copy);
+  std::array<bool, 3> hasCopy{};  // in one frame, or in several where the machine is slow
+  while (!(hasCopy[1] && hasCopy[2]) && !HasFailure()) {
+    const LitFrame found = next(job);
+    ASSERT_EQ(found.volumes.size(), 3u);
+    for (std::size_t l = 0; l < 3; ++l) hasCopy[l] = hasCopy[l] || found.volumes[l].copy;
+  }
+  EXPECT_FALSE(hasCopy[0]);
 }
 
 TEST_F(LiveJobs, voxelsComeToLightThatHasSettled) {

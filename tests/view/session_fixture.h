@@ -100,10 +100,10 @@ class ViewerSession : public testing::Test {
     if (bakeFile.empty() && options_.draft) files.bakeBy = presetOptions(Preset::draft);
     session_->begin(std::move(files));
   }
-  // Frames until is(), for half a minute; the frame is drawn, and its mean brightness noted.
+  // Frames until is(), for minutes; the frame is drawn, and its mean brightness noted.
   template <class Condition>
   bool frames(const Condition& is) {
-    for (int i = 0; i < 3000; ++i) {
+    for (int i = 0; i < 30000; ++i) {
       frame();
       if (is()) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
