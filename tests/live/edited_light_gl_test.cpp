@@ -183,9 +183,11 @@ TEST_F(EditedLightOnGl, textureUnitsThatTwoHaveAreNamed) {
   const std::string twins = said({20, 21, 14}, other->gl()->glsl(), "relumeLiveIrradiance(p, n)");
   EXPECT_TRUE(names(twins, "sampler relumeLiveLight has texture unit 14", "of relumeBeforeLight")) << twins;
   EXPECT_EQ(said({20, 21, 22}, other->gl()->glsl(), "relumeLiveIrradiance(p, n)"), "");
-  // Arrays of samplers, of which each has a unit.
-  const std::string array = "layout(binding = 7) uniform sampler2DShadow shadowMaps[3];\n";
-  const std::string third = said({20, 9, 22}, array, "vec3(texture(shadowMaps[0], p) + texture(shadowMaps[2], p))");
+  // Arrays of samplers, of which each has a unit. Without comparisons: of textures that have no depth, as here, drivers
+  // that run shaders tell that those are undefined.
+  const std::string array = "layout(binding = 7) uniform sampler2D shadowMaps[3];\n";
+  const std::string third =
+      said({20, 9, 22}, array, "texture(shadowMaps[0], p.xy).xyz + texture(shadowMaps[2], p.xy).xyz");
   EXPECT_TRUE(names(third, "shadowMaps[2]", "of relumeBeforePlanes")) << third;
 }
 
