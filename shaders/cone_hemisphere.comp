@@ -7,6 +7,9 @@
 #include "lib/cone_depth.glsl"
 #include "lib/cone_voxels.glsl"
 #include "lib/cone_sky.glsl"
+#if RELUME_CONE_HALVES  // hardware; lobes, whose cones lie closer together, gain nothing by it
+#define RELUME_CONE_ONE_LOOP
+#endif
 #include "lib/cone_trace.glsl"
 #include "lib/cone_pixels.glsl"
 

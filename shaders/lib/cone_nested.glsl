@@ -79,8 +79,26 @@ void relumeConeMeets(vec4 depth, RelumeCone cone, float cosine, float falloff, f
   relumeConeFind(cone, cosine, m);
 }
 
+// What the step reads, over its whole length, of the volumes that share it.
+vec4 relumeConeReadStep(RelumeCone cone, float cosine, inout RelumeNestedMarch m) {
+  vec4 depth = vec4(0.0);
+  for (float rest = 1.0; rest > 0.0;) {
+    vec3 origin = (cone.origin - relumeLiveOrigin) / relumeLiveVoxel;
+    if (m.s.share > 0.0)
+      depth += rest * m.s.share * (m.length_ / (m.s.side * m.s.width)) *
+               relumeConeReadAt(m.s.width, m.s.place, cone.direction, m.s.own < kConeNear, origin);
+    rest *= 1.0 - m.s.share;
+    if (!(rest > 0.0)) continue;
+    --m.volume;
+    relumeConeSampleOf(cone, cosine, false, m);
+  }
+  return depth;
+}
+
 // Radiance with what lies beyond the volumes, and occlusion. Well inside of a volume each range of widths has a loop of
-// its own that reads no more than it needs: software executes both branches of a condition.
+// its own that reads no more than it needs: software executes both branches of a condition. With RELUME_CONE_ONE_LOOP
+// all steps are one loop: of threads that run together some are in this volume and some in that, and each loop waits
+// for the longest.
 vec4 relumeConeFollow(RelumeCone cone, float falloff) {
   vec3 way = cone.direction;
   if (!relumeConeIsUnit(cone.normal) || !relumeConeIsUnit(way)) return vec4(relumeSkyAlong(way), 0.0);
@@ -97,6 +115,12 @@ vec4 relumeConeFollow(RelumeCone cone, float falloff) {
   m.occlusion = 0.0;
   relumeConeFind(cone, cosine, m);
 
+#if defined(RELUME_CONE_ONE_LOOP)
+  while (relumeConeIsOn(m)) {
+    vec4 depth = relumeConeReadStep(cone, cosine, m);
+    relumeConeMeets(depth, cone, cosine, falloff, voxel, m);
+  }
+#else
   while (relumeConeIsOn(m)) {
     // Beside its own walls
     while (relumeConeIsInside(m) && m.s.own < kConeNear) {
@@ -118,20 +142,11 @@ vec4 relumeConeFollow(RelumeCone cone, float falloff) {
     }
     // Where one volume takes over from another
     while (relumeConeIsOn(m) && m.s.share < 1.0) {
-      vec4 depth = vec4(0.0);  // over the whole step
-      for (float rest = 1.0; rest > 0.0;) {
-        origin = (cone.origin - relumeLiveOrigin) / relumeLiveVoxel;
-        if (m.s.share > 0.0)
-          depth += rest * m.s.share * (m.length_ / (m.s.side * m.s.width)) *
-                   relumeConeReadAt(m.s.width, m.s.place, way, m.s.own < kConeNear, origin);
-        rest *= 1.0 - m.s.share;
-        if (!(rest > 0.0)) continue;
-        --m.volume;
-        relumeConeSampleOf(cone, cosine, false, m);
-      }
+      vec4 depth = relumeConeReadStep(cone, cosine, m);
       relumeConeMeets(depth, cone, cosine, falloff, voxel, m);
     }
   }
+#endif
   if (m.clear <= kConeSpent) return vec4(m.radiance, m.occlusion) / (1.0 - m.clear);
   return vec4(m.radiance + m.clear * relumeSkyAlong(way), m.occlusion);
 }

@@ -112,6 +112,7 @@ int main(int argc, char** argv) {
     take(onCpu,
          {{"lobes", std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count()}});
     orExit(gl.fill(voxels.volumes));
+    glFinish();  // or the pixels' upload may count as the levels' time
     orExit(gl.trace(g.receivers(), voxels.sky(), mirrored));
     glFinish();
     take(onGpu, gl.passTimes());
@@ -124,6 +125,7 @@ int main(int argc, char** argv) {
   take(onCpu, cpuAll.passTimes(), "25 ");
   for (int f = 0; f <= more; ++f) {
     orExit(glAll.fill(voxels.volumes));
+    glFinish();
     orExit(glAll.trace(g.receivers(), voxels.sky()));
     glFinish();
     take(onGpu, glAll.passTimes(), "25 ");
@@ -133,6 +135,7 @@ int main(int argc, char** argv) {
   const std::vector<glm::vec3> foundGlossy = gl.glossy(), direct = glossy;
   for (int f = 0; f < more; ++f) {
     orExit(gl.fill(voxels.volumes));
+    glFinish();  // or the pixels' upload may count as the levels' time
     orExit(gl.trace(g.receivers(), voxels.sky(), mirrored));
     glFinish();
     take(onGpu, gl.passTimes());
