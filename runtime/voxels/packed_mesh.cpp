@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <span>
 
 namespace relume {
 namespace {
@@ -46,48 +47,146 @@ bool isSame(const VoxelSurface& a, const VoxelSurface& b) {
   return a.albedo == b.albedo && a.emission == b.emission && a.doubleSided == b.doubleSided;
 }
 
-// `surface`: of each run's surfaces, a number among those that the host has handed over.
-PackedMesh pack(const VoxelMesh& mesh, std::span<const VoxelSurface> surfaces, std::vector<std::uint32_t>& surface) {
-  PackedMesh packed;
-  packed.triangle.reserve(mesh.triangle.size());
-  RunVertices vertices;
-  for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) {
-    const VoxelSurface& own = surfaces[mesh.surface[t]];
-    if (!isThere(own.coverage, t)) continue;
-    const glm::uvec3& index = mesh.triangle[t];
-    if (packed.triangle.size() % kTrianglesOfRun == 0) {
-      const glm::vec3& first = mesh.position[index.x];
-      packed.run.push_back(
-          {first, first, static_cast<std::uint32_t>(packed.vertex.size()), static_cast<std::uint32_t>(surface.size())});
-      vertices.clear();
+constexpr std::uint32_t kCountBits = 8, kWidthBits = 6;
+static_assert(3 * kTrianglesOfRun < 1u << kCountBits);
+
+// Zero has one sign, so that equal vertices are of the same bits.
+glm::vec3 withoutSignOfZero(const glm::vec3& v) { return v + 0.0f; }
+
+// A mesh run by run.
+class MeshPacker {
+ public:
+  // `surface`: of each run's surfaces, a number among those that the host has handed over.
+  MeshPacker(std::span<const VoxelSurface> surfaces, std::vector<std::uint32_t>& surface)
+      : surfaces_(surfaces), surface_(surface) {}
+
+  PackedMesh pack(const VoxelMesh& mesh) {
+    PackedMesh packed;
+    for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) {
+      if (!isThere(surfaces_[mesh.surface[t]].coverage, t)) continue;
+      const glm::uvec3& index = mesh.triangle[t];
+      pieces_.add({withoutSignOfZero(mesh.position[index.x]), withoutSignOfZero(mesh.position[index.y]),
+                   withoutSignOfZero(mesh.position[index.z])});
+      own_.push_back(mesh.surface[t]);
+      if (own_.size() == kTrianglesOfRun) addRun(packed);
     }
-    TriangleRun& run = packed.run.back();
-    auto& triangle = packed.triangle.emplace_back();
-    for (int c = 0; c < 3; ++c) {
-      const glm::vec3& p = mesh.position[index[c]];
-      run.min = glm::min(run.min, p);
-      run.max = glm::max(run.max, p);
-      triangle[static_cast<std::size_t>(c)] = vertices.numberOf(p, run.firstVertex, packed.vertex);
-    }
-    // Neighbours are alike: the latest first
-    std::size_t at = surface.size();
-    while (at > run.firstSurface && !isSame(surfaces[surface[at - 1]], own)) --at;
-    if (at == run.firstSurface) {
-      surface.push_back(mesh.surface[t]);
-      at = surface.size();
-    }
-    triangle[3] = static_cast<std::uint8_t>(at - 1 - run.firstSurface);
+    if (!own_.empty()) addRun(packed);
+    packed.run.shrink_to_fit();
+    packed.bits.shrinkToFit();
+    return packed;
   }
-  packed.triangle.shrink_to_fit();
-  packed.vertex.shrink_to_fit();
-  packed.run.shrink_to_fit();
-  return packed;
-}
+
+ private:
+  void addRun(PackedMesh& packed) {
+    TriangleRun& run = packed.run.emplace_back();
+    packed.bits.alignToByte();
+    run.firstByte = static_cast<std::uint32_t>(packed.bits.size() / 8);
+    run.firstSurface = static_cast<std::uint32_t>(surface_.size());
+    RunHead head;
+    findSurfaces(head);
+    findVertices(run, head);
+    head.trees = static_cast<std::uint32_t>(pieces_.trees().size());
+    head.isCut = head.trees < own_.size();
+    head.add(packed.bits);
+    for (const glm::vec3& v : vertex_) {
+      for (int k = 0; k < 3; ++k)
+        packed.bits.add(orderedBits(v[k]) - orderedBits(run.min[k]), head.coordinate[static_cast<std::size_t>(k)]);
+    }
+    for (const std::uint8_t v : corner_) packed.bits.add(v, head.vertexBits());
+    if (head.surface > 0) {
+      for (const std::uint8_t s : surfaceOf_) packed.bits.add(s, head.surface);
+    }
+    if (head.isCut) {
+      for (const std::uint8_t cut : pieces_.cuts()) packed.bits.add(cut, kCutBits);
+    }
+    packed.triangles += own_.size();
+    own_.clear();
+    pieces_.clear();
+  }
+
+  // The run's surfaces, each once; or that of each triangle, where most have their own.
+  void findSurfaces(RunHead& head) {
+    const std::size_t first = surface_.size();
+    surfaceOf_.clear();
+    for (const std::uint32_t s : own_) {
+      // Neighbours are alike: the latest first
+      std::size_t at = surface_.size();
+      while (at > first && !isSame(surfaces_[surface_[at - 1]], surfaces_[s])) --at;
+      if (at == first) {
+        surface_.push_back(s);
+        at = surface_.size();
+      }
+      surfaceOf_.push_back(static_cast<std::uint8_t>(at - 1 - first));
+    }
+    const std::size_t once = surface_.size() - first;
+    if (8 * once > 7 * own_.size()) {
+      surface_.resize(first);
+      surface_.insert(surface_.end(), own_.begin(), own_.end());
+    } else {
+      head.surface = std::max(1u, static_cast<std::uint32_t>(std::bit_width(once - 1)));
+    }
+  }
+
+  void findVertices(TriangleRun& run, RunHead& head) {
+    vertex_.clear();
+    corner_.clear();
+    table_.clear();
+    run.min = run.max = pieces_.trees().front().corner[0];
+    for (const PieceTrees::Tree& tree : pieces_.trees()) {
+      for (const glm::vec3& p : tree.corner) {
+        run.min = glm::min(run.min, p);
+        run.max = glm::max(run.max, p);
+        corner_.push_back(table_.numberOf(p, 0, vertex_));
+      }
+    }
+    head.vertices = static_cast<std::uint32_t>(vertex_.size());
+    for (int k = 0; k < 3; ++k)
+      head.coordinate[static_cast<std::size_t>(k)] =
+          static_cast<std::uint32_t>(std::bit_width(orderedBits(run.max[k]) - orderedBits(run.min[k])));
+  }
+
+  std::span<const VoxelSurface> surfaces_;
+  std::vector<std::uint32_t>& surface_;
+  RunVertices table_;
+  PieceTrees pieces_;
+  std::vector<std::uint32_t> own_;  // of each triangle
+  std::vector<glm::vec3> vertex_;
+  std::vector<std::uint8_t> corner_, surfaceOf_;
+};
+
+struct PlacedVertex {
+  glm::vec3 position{0.0f};
+  glm::ivec3 steps{0};
+};
 
 }  // namespace
 
-std::size_t PackedMesh::bytes() const {
-  return run.size() * sizeof(run[0]) + vertex.size() * sizeof(vertex[0]) + triangle.size() * sizeof(triangle[0]);
+RunHead RunHead::read(PackedBitsReader& from) {
+  const auto next = [&](std::uint32_t width) { return static_cast<std::uint32_t>(from.next(width)); };
+  RunHead head;
+  head.vertices = next(kCountBits);
+  head.trees = next(kCountBits);
+  for (std::uint32_t& each : head.coordinate) each = next(kWidthBits);
+  head.surface = next(kWidthBits);
+  head.isCut = next(1) != 0;
+  return head;
+}
+
+void RunHead::add(PackedBits& to) const {
+  to.add(vertices, kCountBits);
+  to.add(trees, kCountBits);
+  for (const std::uint32_t each : coordinate) to.add(each, kWidthBits);
+  to.add(surface, kWidthBits);
+  to.add(isCut ? 1 : 0, 1);
+}
+
+std::uint32_t orderedBits(float v) {
+  const auto bits = std::bit_cast<std::uint32_t>(v);
+  return (bits >> 31) != 0 ? ~bits : bits | 0x80000000u;
+}
+
+float fromOrderedBits(std::uint32_t bits) {
+  return std::bit_cast<float>((bits >> 31) != 0 ? bits & 0x7FFFFFFFu : ~bits);
 }
 
 bool isThere(float coverage, std::uint32_t triangle) {
@@ -106,11 +205,8 @@ PackedGeometry packGeometry(const VoxelGeometry& geometry, const ParallelFor& pa
   forChunks(parallelFor, static_cast<std::uint32_t>(packed.mesh.size()), 1,
             [&](std::uint32_t first, std::uint32_t last) {
               for (std::uint32_t m = first; m < last; ++m)
-                packed.mesh[m] = pack(geometry.meshes[m], geometry.surfaces, surface[m]);
+                packed.mesh[m] = MeshPacker(geometry.surfaces, surface[m]).pack(geometry.meshes[m]);
             });
-  std::size_t count = 0;
-  for (const std::vector<std::uint32_t>& each : surface) count += each.size();
-  packed.surfaces.reserve(count);
   for (std::size_t m = 0; m < packed.mesh.size(); ++m) {
     for (TriangleRun& run : packed.mesh[m].run) run.firstSurface += packed.surfaces.size();
     for (const std::uint32_t s : surface[m]) packed.surfaces.add(geometry.surfaces[s]);
@@ -122,20 +218,17 @@ bool snapRuns(const VolumeGrid& grid, const SnapBox& box, const PackedMesh& mesh
               std::uint32_t begin, std::uint32_t end, std::vector<SnappedTriangle>& snapped, SnapCounts& counts) {
   const RunsOutside isOutside(grid, box, toWorld);
   TriangleSnapper snapper(grid, box, toWorld);
-  std::array<glm::ivec3, 3 * kTrianglesOfRun> steps;
+  const auto placed = [&](const glm::vec3& position) { return PlacedVertex{position, snapper.stepsOf(position)}; };
+  RunReader<PlacedVertex, decltype(placed)> reader(mesh, placed);
   for (std::uint32_t r = begin; r < end; ++r) {
-    const TriangleRun& run = mesh.run[r];
-    const std::uint32_t count = mesh.trianglesOf(r);
-    if (isOutside(run)) {
-      counts.outside += count;
+    if (isOutside(mesh.run[r])) {
+      counts.outside += mesh.trianglesOf(r);
       continue;
     }
-    const std::size_t last = r + 1 < mesh.run.size() ? mesh.run[r + 1].firstVertex : mesh.vertex.size();
-    for (std::size_t v = run.firstVertex; v < last; ++v) steps[v - run.firstVertex] = snapper.stepsOf(mesh.vertex[v]);
-    for (std::uint32_t i = 0; i < count; ++i) {
-      const auto& t = mesh.triangle[std::size_t{r} * kTrianglesOfRun + i];
-      if (!snapper.add({steps[t[0]], steps[t[1]], steps[t[2]]}, run.firstSurface + t[3], snapped, counts)) return false;
-    }
+    const bool fits = reader.visit(r, [&](const std::array<PlacedVertex, 3>& t, std::uint32_t surface) {
+      return snapper.add({t[0].steps, t[1].steps, t[2].steps}, surface, snapped, counts);
+    });
+    if (!fits) return false;
   }
   return true;
 }

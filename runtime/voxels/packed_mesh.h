@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Meshes as a volume keeps them, to find voxels anew when parts or the volume move: in runs of 64 triangles that have
-// each of their vertices and surfaces once, so that a triangle names them by a byte. Nothing is rounded.
+// Meshes as a volume keeps them, to find voxels anew when parts or the volume move: in runs of 64 triangles, of which
+// those that were cut from one are kept as that one and its cuts (piece_trees.h), with each vertex once. Nothing is
+// rounded.
 #pragma once
 
 #include "relume/relighter.h"
 #include "relume/voxel_geometry.h"
+#include "runtime/voxels/packed_bits.h"
+#include "runtime/voxels/piece_trees.h"
 #include "runtime/voxels/snap_triangles.h"
+#include "runtime/voxels/split_edges.h"
 #include "runtime/voxels/summed_surfaces.h"
 #include "runtime/voxels/triangle_runs.h"
 
@@ -13,28 +17,102 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace relume {
 
 // The triangles of a mesh that are there.
 struct PackedMesh {
-  std::vector<TriangleRun> run;                       // of kTrianglesOfRun triangles each but the last
-  std::vector<glm::vec3> vertex;                      // of one run after the other
-  std::vector<std::array<std::uint8_t, 4>> triangle;  // three of its run's vertices, and one of its surfaces
+  std::vector<TriangleRun> run;  // of kTrianglesOfRun triangles each but the last
+  // Of each run its head; vertices, each coordinate from the run's least on; corners of its trees; surfaces of its
+  // triangles, unless each has the next one; cuts, where there are any.
+  PackedBits bits;
+  std::size_t triangles = 0;
 
   std::uint32_t trianglesOf(std::size_t r) const {
-    const std::size_t first = r * kTrianglesOfRun;
-    return static_cast<std::uint32_t>(std::min<std::size_t>(kTrianglesOfRun, triangle.size() - first));
+    return static_cast<std::uint32_t>(std::min<std::size_t>(kTrianglesOfRun, triangles - r * kTrianglesOfRun));
   }
-  std::size_t bytes() const;
+  std::size_t bytes() const { return run.size() * sizeof(run[0]) + bits.bytes(); }
 };
 
 struct PackedGeometry {
   std::vector<PackedMesh> mesh;
   SummedSurfaces surfaces;  // of the runs of all meshes
+};
+
+// What comes first of a run: how many there are of its vertices and trees, and how many bits each number takes.
+struct RunHead {
+  std::uint32_t vertices = 0, trees = 0;
+  std::array<std::uint32_t, 3> coordinate{};  // [0..32 bits]
+  std::uint32_t surface = 0;                  // [0..6 bits] 0 = each triangle has the next one
+  bool isCut = false;                         // any of them
+
+  static RunHead read(PackedBitsReader& from);
+  void add(PackedBits& to) const;
+  std::uint32_t vertexBits() const { return static_cast<std::uint32_t>(std::bit_width(vertices - 1)); }
+};
+
+// Floats as integers in the same order.
+std::uint32_t orderedBits(float v);
+float fromOrderedBits(std::uint32_t bits);
+
+// Triangles of runs, as they were handed over. Corner has a `position`; make() is of a vertex.
+template <class Corner, class Make>
+class RunReader {
+ public:
+  RunReader(const PackedMesh& mesh, Make make) : mesh_(mesh), make_(std::move(make)) {}
+
+  // visit(corners, surface) of each triangle in its order, until one returns false; returns whether none did.
+  template <class Visit>
+  bool visit(std::size_t r, const Visit& visit) {
+    const TriangleRun& run = mesh_.run[r];
+    PackedBitsReader from(mesh_.bits, std::size_t{8} * run.firstByte);
+    const RunHead head = RunHead::read(from);
+    vertex_.clear();
+    for (std::uint32_t v = 0; v < head.vertices; ++v) {
+      glm::vec3 position;
+      for (int k = 0; k < 3; ++k)
+        position[k] =
+            fromOrderedBits(orderedBits(run.min[k]) +
+                            static_cast<std::uint32_t>(from.next(head.coordinate[static_cast<std::size_t>(k)])));
+      vertex_.push_back(make_(position));
+    }
+    PackedBitsReader surfaces(mesh_.bits, from.place() + std::size_t{3} * head.trees * head.vertexBits());
+    PackedBitsReader cuts(mesh_.bits, surfaces.place() + std::size_t{mesh_.trianglesOf(r)} * head.surface);
+    std::uint32_t triangle = 0;
+    for (std::uint32_t t = 0; t < head.trees; ++t) {
+      std::array<Corner, 3> corner;
+      for (Corner& each : corner) each = vertex_[from.next(head.vertexBits())];
+      stack_.assign(1, corner);
+      while (!stack_.empty()) {
+        const std::array<Corner, 3> now = stack_.back();
+        stack_.pop_back();
+        const auto cut = head.isCut ? static_cast<std::uint32_t>(cuts.next(kCutBits)) : 0u;
+        if (cut != 0) {
+          splitLong(*this, longEdges(cut), now, stack_);
+          continue;
+        }
+        const auto surface = head.surface > 0 ? static_cast<std::uint32_t>(surfaces.next(head.surface)) : triangle;
+        if (!visit(now, run.firstSurface + surface)) return false;
+        ++triangle;
+      }
+    }
+    return true;
+  }
+
+  Corner middle(const Corner& a, const Corner& b) const {
+    return make_(MiddleOfPlaces().middle(a.position, b.position));
+  }
+
+ private:
+  const PackedMesh& mesh_;
+  Make make_;
+  std::vector<Corner> vertex_;
+  std::vector<std::array<Corner, 3>> stack_;
 };
 
 // Whether a triangle of a surface with this coverage is there, by a hash of its number: the same ones each time. [0..1]

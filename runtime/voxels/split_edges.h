@@ -8,20 +8,19 @@
 
 namespace relume {
 
-// `rule` has isLong(a, b) and middle(a, b), both the same for (b, a). Appends two to four triangles, in the winding of
-// `t`; returns false, and appends nothing, where no edge is long.
+// Appends the two to four triangles that long edges cut `t` into, in its winding. isLong: of the edges from each corner
+// to the next, at least one. rule: middle(a, b), the same for (b, a).
 template <class Rule, class Corner>
-bool splitOnce(const Rule& rule, const std::array<Corner, 3>& t, std::vector<std::array<Corner, 3>>& pieces) {
-  const std::array<bool, 3> isLong{rule.isLong(t[0], t[1]), rule.isLong(t[1], t[2]), rule.isLong(t[2], t[0])};
+void splitLong(const Rule& rule, const std::array<bool, 3>& isLong, const std::array<Corner, 3>& t,
+               std::vector<std::array<Corner, 3>>& pieces) {
   const int count = int{isLong[0]} + int{isLong[1]} + int{isLong[2]};
-  if (count == 0) return false;
   if (count == 3) {
     const Corner ab = rule.middle(t[0], t[1]), bc = rule.middle(t[1], t[2]), ca = rule.middle(t[2], t[0]);
     pieces.push_back({t[0], ab, ca});
     pieces.push_back({ab, t[1], bc});
     pieces.push_back({ca, bc, t[2]});
     pieces.push_back({ab, bc, ca});
-    return true;
+    return;
   }
   // Turn the triangle so that edge ab is long, and of two long edges the other is bc.
   const std::size_t first = count == 1 ? (isLong[0] ? 0 : isLong[1] ? 1 : 2) : (!isLong[2] ? 0 : !isLong[0] ? 1 : 2);
@@ -30,12 +29,20 @@ bool splitOnce(const Rule& rule, const std::array<Corner, 3>& t, std::vector<std
   if (count == 1) {
     pieces.push_back({a, ab, c});
     pieces.push_back({ab, b, c});
-    return true;
+    return;
   }
   const Corner bc = rule.middle(b, c);
   pieces.push_back({ab, b, bc});
   pieces.push_back({a, ab, bc});
   pieces.push_back({a, bc, c});
+}
+
+// `rule` has isLong(a, b) as well, the same for (b, a). Returns false, and appends nothing, where no edge is long.
+template <class Rule, class Corner>
+bool splitOnce(const Rule& rule, const std::array<Corner, 3>& t, std::vector<std::array<Corner, 3>>& pieces) {
+  const std::array<bool, 3> isLong{rule.isLong(t[0], t[1]), rule.isLong(t[1], t[2]), rule.isLong(t[2], t[0])};
+  if (!isLong[0] && !isLong[1] && !isLong[2]) return false;
+  splitLong(rule, isLong, t, pieces);
   return true;
 }
 

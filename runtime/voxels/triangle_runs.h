@@ -17,7 +17,7 @@ inline constexpr std::uint32_t kTrianglesOfRun = 64;
 
 struct TriangleRun {
   glm::vec3 min{0.0f}, max{0.0f};  // of its vertices, as the mesh has them
-  std::uint32_t firstVertex = 0, firstSurface = 0;
+  std::uint32_t firstByte = 0, firstSurface = 0;
 };
 
 // Which runs of a placed mesh have no triangle that reaches into a box. May say no of one that is out of it.

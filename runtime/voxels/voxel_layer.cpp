@@ -6,6 +6,7 @@
 
 #include "runtime/shared/chunks.h"
 #include "runtime/voxels/overlap.h"
+#include "runtime/voxels/summed_surfaces.h"
 #include "runtime/voxels/voxel_pairs.h"
 
 #include <glm/geometric.hpp>

@@ -5,7 +5,6 @@
 
 #include "relume/relighter.h"
 #include "runtime/voxels/snap_triangles.h"
-#include "runtime/voxels/summed_surfaces.h"
 #include "runtime/voxels/voxel_grid.h"
 #include "runtime/voxels/voxel_side.h"
 
@@ -17,6 +16,8 @@
 #include <vector>
 
 namespace relume {
+
+class SummedSurfaces;
 
 struct SideEmission {
   std::uint32_t side = 0;

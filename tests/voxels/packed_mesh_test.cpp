@@ -3,12 +3,14 @@
 #include "runtime/voxels/packed_mesh.h"
 
 #include <gtest/gtest.h>
+#include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <utility>
 #include <vector>
 
 namespace relume {
@@ -71,6 +73,107 @@ std::vector<SnappedTriangle> snapped(const VolumeGrid& grid, const SnapBox& box,
   return out;
 }
 
+struct Place {
+  glm::vec3 position{0.0f};
+};
+
+struct Unpacked {
+  std::array<glm::vec3, 3> corner;
+  std::uint32_t surface;
+};
+
+std::vector<Unpacked> unpacked(const PackedMesh& mesh) {
+  std::vector<Unpacked> triangles;
+  const auto placeAt = [](const glm::vec3& position) { return Place{position}; };
+  RunReader<Place, decltype(placeAt)> reader(mesh, placeAt);
+  for (std::size_t r = 0; r < mesh.run.size(); ++r) {
+    reader.visit(r, [&](const std::array<Place, 3>& t, std::uint32_t surface) {
+      triangles.push_back({{t[0].position, t[1].position, t[2].position}, surface});
+      return true;
+    });
+  }
+  return triangles;
+}
+
+// Triangles cut as hosts cut them, in the order that piece_trees.h tells.
+struct CutTriangles {
+  struct Rule : MiddleOfPlaces {
+    float width;
+    bool isLong(const glm::vec3& a, const glm::vec3& b) const { return glm::distance(a, b) > width; }
+  };
+  std::vector<glm::vec3> position;
+  std::vector<glm::uvec3> triangle;
+  std::vector<std::uint32_t> surface;
+  std::vector<VoxelSurface> surfaces;
+
+  CutTriangles(std::uint32_t wholes, float width, std::mt19937& random) {
+    std::uniform_real_distribution<float> uniform(-1.0f, 1.0f);
+    const auto somewhere = [&] { return glm::vec3(uniform(random), uniform(random), uniform(random)); };
+    Rule rule;
+    rule.width = width;
+    std::vector<std::array<glm::vec3, 3>> stack;
+    for (std::uint32_t w = 0; w < wholes; ++w) {
+      const glm::vec3 at = 5.0f * somewhere();
+      const float size = 0.5f + 0.5f * uniform(random);
+      stack.push_back({at + size * somewhere(), at + size * somewhere(), at + size * somewhere()});
+      while (!stack.empty()) {
+        const std::array<glm::vec3, 3> piece = stack.back();
+        stack.pop_back();
+        if (splitOnce(rule, piece, stack)) continue;
+        const auto first = static_cast<std::uint32_t>(position.size());
+        position.insert(position.end(), piece.begin(), piece.end());
+        triangle.push_back({first, first + 1, first + 2});
+        surface.push_back(static_cast<std::uint32_t>(surfaces.size()));
+        surfaces.emplace_back().albedo = 0.5f + 0.05f * somewhere();
+        if (surfaces.size() % 150 > 70) surfaces.back().emission = glm::vec3(static_cast<float>(surfaces.size()));
+      }
+    }
+  }
+};
+
+TEST(PackedMesh, piecesAreKeptAsWhatTheyWereCutFrom) {
+  std::mt19937 random(11);
+  for (const float width : {0.2f, 0.4f, 0.8f}) {
+    const std::uint32_t wholes = 600;
+    const CutTriangles made(wholes, width, random);
+    const VoxelMesh host{made.position, made.triangle, made.surface};
+    const PackedGeometry geometry = packGeometry({made.surfaces, {&host, 1}, {}}, {});
+    const std::vector<Unpacked> triangles = unpacked(geometry.mesh[0]);
+    ASSERT_EQ(triangles.size(), made.triangle.size());
+    ASSERT_GT(triangles.size(), 2 * wholes);
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      for (std::size_t c = 0; c < 3; ++c) ASSERT_EQ(triangles[t].corner[c], made.position[3 * t + c]) << t;
+      const VoxelSurface& own = made.surfaces[t];
+      ASSERT_EQ(geometry.surfaces.albedo(triangles[t].surface),
+                glm::ivec3(glm::floor(own.albedo * float{kAlbedoSteps} + 0.5f)));
+      const SurfaceEmission* const emits = geometry.surfaces.emission(triangles[t].surface);
+      ASSERT_EQ(emits != nullptr, own.emission != glm::vec3(0.0f));
+      if (emits != nullptr) {
+        ASSERT_EQ(emits->emission, own.emission);
+      }
+    }
+    // Vertices of what was cut and of what ends of runs leave of it: where triangles are cut often, next to none.
+    const double bits = 8.0 * static_cast<double>(geometry.mesh[0].bytes()),
+                 count = static_cast<double>(triangles.size());
+    EXPECT_LT(bits / count, width < 0.5f ? 60.0 : 110.0) << width;
+    EXPECT_LT(static_cast<double>(geometry.surfaces.bytes()), 4.1 * count + 20.0 * count + 1100.0);
+  }
+}
+
+TEST(PackedBits, areWhatWasPutIn) {
+  std::mt19937_64 random(3);
+  PackedBits bits;
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> put;
+  for (int i = 0; i < 2000; ++i) {
+    const auto width = static_cast<std::uint32_t>(random() % (PackedBits::kWidest + 1));
+    put.emplace_back(random() & ((std::uint64_t{1} << width) - 1), width);
+    bits.add(put.back().first, width);
+  }
+  PackedBitsReader reader(bits, 0);
+  for (const auto& [value, width] : put) ASSERT_EQ(reader.next(width), value);
+  EXPECT_EQ(reader.place(), bits.size());
+}
+
 TEST(PackedMesh, hasItsTrianglesAndTheirSurfaces) {
   std::mt19937 random(4);
   SmallTriangles made(9 * kTrianglesOfRun + 5, 5.0f, random);
@@ -83,18 +186,21 @@ TEST(PackedMesh, hasItsTrianglesAndTheirSurfaces) {
   const SmallTriangles there = thoseThere(made);
   const PackedGeometry geometry = packed(made);
   const PackedMesh& mesh = geometry.mesh[0];
-  ASSERT_EQ(mesh.triangle.size(), there.triangle.size());
+  ASSERT_EQ(mesh.triangles, there.triangle.size());
   ASSERT_EQ(mesh.run.size(), (there.triangle.size() + kTrianglesOfRun - 1) / kTrianglesOfRun);
-  EXPECT_LT(mesh.vertex.size(), 3 * there.triangle.size() * 9 / 10) << "vertices that triangles share are kept once";
+  EXPECT_LT(mesh.bytes(), there.triangle.size() * 3 * sizeof(glm::vec3) * 9 / 10)
+      << "vertices that triangles share are kept once";
   EXPECT_EQ(geometry.surfaces.size(), 2 * mesh.run.size());
-  for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
-    const TriangleRun& run = mesh.run[t / kTrianglesOfRun];
+  const std::vector<Unpacked> triangles = unpacked(mesh);
+  ASSERT_EQ(triangles.size(), there.triangle.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (int c = 0; c < 3; ++c) {
-      const glm::vec3& p = mesh.vertex[run.firstVertex + mesh.triangle[t][static_cast<std::size_t>(c)]];
+      const glm::vec3& p = triangles[t].corner[static_cast<std::size_t>(c)];
       ASSERT_EQ(p, there.position[there.triangle[t][c]]) << t;
+      const TriangleRun& run = mesh.run[t / kTrianglesOfRun];
       ASSERT_EQ(glm::clamp(p, run.min, run.max), p) << t;
     }
-    const std::uint32_t surface = run.firstSurface + mesh.triangle[t][3];
+    const std::uint32_t surface = triangles[t].surface;
     const bool emits = there.surface[t] == 1;
     ASSERT_EQ(geometry.surfaces.albedo(surface), emits ? glm::ivec3(2048) : glm::ivec3(1024, 2048, 4095)) << t;
     const SurfaceEmission* const emission = geometry.surfaces.emission(surface);
