@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 namespace relume {
 namespace {
@@ -216,97 +217,90 @@ glm::ivec3 cornerOf(std::size_t k) {
   return {static_cast<int>(k & 1), static_cast<int>(k >> 1 & 1), static_cast<int>(k >> 2)};
 }
 
-// `first`: the cell of the first corner, within -2 and the grid's end.
-CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal, glm::ivec3& first) {
-  CellStencil stencil;
-  first = glm::ivec3(-2);
-  const VolumeGrid& grid = cells.grid;
-  // Out of the voxels that the receiver's own plane occupies: thin voxels reach so far from it.
-  const glm::vec3 size = glm::abs(normal);
-  const float lift = 0.5f * (std::max({size.x, size.y, size.z}) + size.x + size.y + size.z) + 0.05f;
-  const glm::vec3 eye = stepOut(cells, position + lift * normal), read = position + 0.25f * kHalfCell * normal;
-  const glm::vec3 at = read / static_cast<float>(kBrickSide) - 0.5f;
-  const glm::vec3 base = glm::floor(at), share = at - base;
-  if (!(glm::all(glm::greaterThan(base, glm::vec3(-2.0f))) && glm::all(glm::lessThan(base, glm::vec3(grid.cells)))))
-    return stencil;
-  first = glm::ivec3(base);
+// Where a receiver reads: the cell of the first of eight caches, and its place between them.
+struct ReadPlace {
+  glm::ivec3 first{0};
+  glm::vec3 share{0.0f};
 
-  std::array<float, 8> before{};  // weights of the caches on the receiver's side, seen or not
-  float seenSum = 0.0f, beforeSum = 0.0f;
-  for (std::size_t k = 0; k < 8; ++k) {
-    const glm::ivec3 corner = cornerOf(k), cell = first + corner;
-    if (glm::any(glm::lessThan(cell, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(cell, grid.cells))) continue;
-    const std::uint32_t slot = cells.slot[grid.cellIndex(cell)];
-    if (slot == kInactive) continue;
-    stencil.slot[k] = slot;
-    const glm::vec3 toward = cells.position[slot] - eye;
-    const float distance = glm::length(toward), height = glm::dot(cells.position[slot] - position, normal);
+  float weightOf(std::size_t k) const {
+    const glm::ivec3 corner = cornerOf(k);
     float weight = 1.0f;
     for (int a = 0; a < 3; ++a) weight *= corner[a] != 0 ? share[a] : 1.0f - share[a];
-    weight = std::max(weight, 1e-4f);
-    before[k] = height > 0.0f ? weight : 1e-3f * weight;
-    beforeSum += before[k];
-    if (height <= 0.0f) continue;
-    const bool hidden = distance > 1e-3f && VoxelMarch(grid, cells.standing.data(), eye, toward).first(1.0f).found;
-    if (hidden) continue;
-    stencil.weight[k] = weight;
-    seenSum += weight;
+    return std::max(weight, 1e-4f);
   }
-  const bool sees = seenSum > 1e-3f;
-  const float sum = sees ? seenSum : beforeSum;
-  for (std::size_t k = 0; k < 8; ++k) {
-    const float weight = sees ? stencil.weight[k] : before[k];
-    stencil.weight[k] = sum > 0.0f ? weight / sum : 0.0f;
-  }
-  return stencil;
+};
+
+// Nothing where it is out of the grid. Counted from the receiver's own cell, so that rounding is the same in all grids
+// that have it.
+std::optional<ReadPlace> readPlaceOf(const VolumeGrid& grid, const glm::vec3& position, const glm::vec3& normal) {
+  const glm::vec3 cell = glm::floor(position / static_cast<float>(kBrickSide));
+  const glm::vec3 read = position - static_cast<float>(kBrickSide) * cell + 0.25f * kHalfCell * normal;
+  const glm::vec3 at = read / static_cast<float>(kBrickSide) - 0.5f, base = glm::floor(at), first = cell + base;
+  if (!(glm::all(glm::greaterThan(first, glm::vec3(-2.0f))) && glm::all(glm::lessThan(first, glm::vec3(grid.cells)))))
+    return std::nullopt;
+  return ReadPlace{glm::ivec3(first), at - base};
 }
 
-constexpr int kFirstCell = -2, kFirstBits = 10;
-static_assert(kMaxCells + 2 < 1u << kFirstBits);
-
-glm::ivec3 firstOf(const SideStencil& stencil) {
-  constexpr std::uint32_t kMask = (1u << kFirstBits) - 1;
-  return glm::ivec3(glm::uvec3(stencil.first, stencil.first >> kFirstBits, stencil.first >> 2 * kFirstBits) & kMask) +
-         kFirstCell;
-}
-
-std::uint32_t packFirst(const glm::ivec3& first) {
-  const glm::uvec3 at(first - kFirstCell);
-  return at.x | at.y << kFirstBits | at.z << 2 * kFirstBits;
+// The cache of one of the eight, kInactive = none.
+std::uint32_t slotOf(const CellSet& cells, const ReadPlace& place, std::size_t k) {
+  return slotAt(cells, place.first + cornerOf(k));
 }
 
 }  // namespace
 
-CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal) {
-  glm::ivec3 first;
-  return stencilAt(cells, position, normal, first);
-}
-
-SideStencil sideStencilAt(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal) {
-  glm::ivec3 first;
-  const CellStencil stencil = stencilAt(cells, position, normal, first);
-  SideStencil side;
-  side.first = packFirst(first);
-  for (std::size_t k = 0; k < 8; ++k)
-    side.weight[k] = static_cast<std::uint16_t>(std::floor(stencil.weight[k] * 65535.0f + 0.5f));
-  return side;
-}
-
-CellStencil unpacked(const CellSet& cells, const SideStencil& stencil) {
-  CellStencil read;
-  const glm::ivec3 first = firstOf(stencil);
+SeenCaches seenCaches(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal) {
+  const std::optional<ReadPlace> place = readPlaceOf(cells.grid, position, normal);
+  if (!place) return 0;
+  // Out of the voxels that the receiver's own plane occupies: thin voxels reach so far from it.
+  const glm::vec3 size = glm::abs(normal);
+  const float lift = 0.5f * (std::max({size.x, size.y, size.z}) + size.x + size.y + size.z) + 0.05f;
+  const glm::vec3 eye = stepOut(cells, position + lift * normal);
+  std::uint32_t seen = 0;
   for (std::size_t k = 0; k < 8; ++k) {
-    if (stencil.weight[k] == 0) continue;
-    read.slot[k] = cells.slot[cells.grid.cellIndex(first + cornerOf(k))];
-    read.weight[k] = static_cast<float>(stencil.weight[k]) / 65535.0f;
+    const std::uint32_t slot = slotOf(cells, *place, k);
+    if (slot == kInactive || glm::dot(cells.position[slot] - position, normal) <= 0.0f) continue;
+    const glm::vec3 toward = cells.position[slot] - eye;
+    const bool hidden =
+        glm::length(toward) > 1e-3f && VoxelMarch(cells.grid, cells.standing.data(), eye, toward).first(1.0f).found;
+    if (!hidden) seen |= 1u << k;
   }
-  return read;
+  return static_cast<SeenCaches>(seen);
 }
 
-SideStencil moved(const SideStencil& stencil, const glm::ivec3& by) {
-  // One that reads nothing has its first cell anywhere.
-  if (stencil.weight == decltype(stencil.weight){}) return stencil;
-  return {packFirst(firstOf(stencil) - by), stencil.weight};
+CellStencil stencilOf(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal, SeenCaches seen) {
+  CellStencil stencil;
+  const std::optional<ReadPlace> place = readPlaceOf(cells.grid, position, normal);
+  if (!place) return stencil;
+  float sum = 0.0f;
+  const auto weigh = [&](std::size_t k, float scale) {
+    stencil.weight[k] = scale * place->weightOf(k);
+    sum += stencil.weight[k];
+  };
+  for (std::size_t k = 0; k < 8; ++k) {
+    if ((seen >> k & 1u) == 0) continue;
+    stencil.slot[k] = slotOf(cells, *place, k);
+    if (stencil.slot[k] == kInactive) {
+      stencil.slot[k] = 0;
+      continue;
+    }
+    weigh(k, 1.0f);
+  }
+  if (!(sum > 1e-3f)) {
+    stencil = {};
+    sum = 0.0f;
+    for (std::size_t k = 0; k < 8; ++k) {
+      const std::uint32_t slot = slotOf(cells, *place, k);
+      if (slot == kInactive) continue;
+      stencil.slot[k] = slot;
+      weigh(k, glm::dot(cells.position[slot] - position, normal) > 0.0f ? 1.0f : 1e-3f);
+    }
+  }
+  for (float& weight : stencil.weight) weight = sum > 0.0f ? weight / sum : 0.0f;
+  return stencil;
+}
+
+CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal) {
+  return stencilOf(cells, position, normal, seenCaches(cells, position, normal));
 }
 
 }  // namespace relume

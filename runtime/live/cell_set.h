@@ -58,16 +58,10 @@ struct CellStencil {
 // Where it sees none it reads all that lie before it. position [voxels]; normal is unit.
 CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal);
 
-// The same as it is kept of each side, here and in OpenGL (shaders/live_stencils.comp), which lasts as long as what is
-// seen of its cells: the cell of the first of the eight, counted from -2 on in ten bits an axis, and weights in
-// 1/65535.
-struct SideStencil {
-  std::uint32_t first = 0;
-  std::array<std::uint16_t, 8> weight{};
-};
-SideStencil sideStencilAt(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal);
-CellStencil unpacked(const CellSet& cells, const SideStencil& stencil);
-// Of a grid that begins so many cells farther on.
-SideStencil moved(const SideStencil& stencil, const glm::ivec3& by);
+// What takes time to find of it, kept of each side as long as what is seen of its cells lasts: a bit for each of the
+// eight that the receiver sees. The rest is found anew, to the bit wherever the grid has been moved to.
+using SeenCaches = std::uint8_t;
+SeenCaches seenCaches(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal);
+CellStencil stencilOf(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal, SeenCaches seen);
 
 }  // namespace relume

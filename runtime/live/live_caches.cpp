@@ -105,23 +105,23 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
       if (const std::uint32_t slot = slotAround(around->cells_, cells, cell); slot != kInactive) copy(*around, slot, i);
     }
   }
-  // Stencils are found again, but for those of standing voxels far from what has changed.
-  const auto kept = [&](std::uint32_t s, SideStencil& stencil) {
+  // What sides see is found again, but for those of standing voxels far from what has changed.
+  const auto kept = [&](std::uint32_t s, SeenCaches& seen) {
     const glm::ivec3 voxel = volume.voxelOfSide(s);
     const glm::ivec3 cell = voxel >> 2;
     if (!found.changes.seesTheSame(cells.grid, cell, kStencilReach)) return false;
     const std::uint32_t old = cells_.grid.cellIndex(cell + found.changes.by);
     const std::uint32_t number = cells_.first[old] + countBefore(cells_.standing[old], voxel);
     if (2 * std::size_t{number} + 1 >= standing_.size()) return false;
-    stencil = moved(standing_[2 * std::size_t{number} + s % 2], found.changes.by);
+    seen = standing_[2 * std::size_t{number} + s % 2];
     return true;
   };
-  std::vector<SideStencil> standing(volume.standingSides()), moving(volume.sideCount() - volume.standingSides());
+  std::vector<SeenCaches> standing(volume.standingSides()), moving(volume.sideCount() - volume.standingSides());
   forChunks(volume.parallelFor(), volume.sideCount(), kSidesAtOnce, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t s = begin; s < end; ++s) {
-      SideStencil& stencil = s < standing.size() ? standing[s] : moving[s - standing.size()];
-      if (s < standing.size() && kept(s, stencil)) continue;
-      stencil = sideStencilAt(cells, volume.placeOfSide(s), volume.side(s).normal());
+      SeenCaches& seen = s < standing.size() ? standing[s] : moving[s - standing.size()];
+      if (s < standing.size() && kept(s, seen)) continue;
+      seen = seenCaches(cells, volume.placeOfSide(s), volume.side(s).normal());
     }
   });
   cells_ = std::move(cells);
@@ -178,9 +178,10 @@ Status LiveCaches::reflect(VoxelVolume& volume, const LiveFrame& frame, const Li
       VoxelVolume::SideIrradiance bounced;
       if (frame.bounceScale > 0.0f)
         bounced = [&](std::uint32_t s) {
-          const SideStencil& stencil = s < standing_.size() ? standing_[s] : moving_[s - standing_.size()];
-          return frame.bounceScale *
-                 readStencil(unpacked(cells_, stencil), coefficients_, brightest_, volume.side(s).normal());
+          const SeenCaches seen = s < standing_.size() ? standing_[s] : moving_[s - standing_.size()];
+          const glm::vec3 normal = volume.side(s).normal();
+          const CellStencil stencil = stencilOf(cells_, volume.placeOfSide(s), normal, seen);
+          return frame.bounceScale * readStencil(stencil, coefficients_, brightest_, normal);
         };
       volume.reflect(bounced, frame.emissionScale);
     }
@@ -218,7 +219,7 @@ std::vector<std::pair<std::string, std::size_t>> LiveCaches::bufferSizes() const
       {"cells", bytes(cells_.active) + bytes(cells_.slot) + bytes(cells_.position) + bytes(cells_.standing) +
                     bytes(cells_.plane) + bytes(cells_.first) + bytes(cells_.standingContent) + bytes(cells_.content)},
       {"cell light", bytes(coefficients_) + bytes(brightest_) + bytes(isLit_)},
-      {"side stencils", bytes(standing_) + bytes(moving_)}};
+      {"caches seen", bytes(standing_) + bytes(moving_)}};
 }
 
 }  // namespace relume

@@ -82,7 +82,7 @@ class LiveCaches {
   std::vector<float> coefficients_;  // [Size 27 active]
   std::vector<float> brightest_;     // [Size active] [W/m²/sr] the brightest ray's largest channel, blended alike
   std::vector<std::uint8_t> isLit_;  // [Size active] whether the cell has gathered before
-  std::vector<SideStencil> standing_, moving_;  // of the voxels' sides
+  std::vector<SeenCaches> standing_, moving_;  // of the voxels' sides
   std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
   double cellsMs_ = 0.0, bounceMs_ = 0.0, gatherMs_ = 0.0;
 };
