@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <new>
 #include <string>
 #include <utility>
 
@@ -207,7 +208,11 @@ void PlanObjects::makeSurfelLight() {
 }
 
 void PlanObjects::makeDrivenImage(std::uint32_t image) {
-  if (textures_[image].get() == 0) textures_[image] = makeTexture(plan_.images()[image]);
+  if (textures_[image].get() != 0) return;
+  dropErrors(gl_);
+  Texture made = makeTexture(plan_.images()[image]);
+  if (takeOutOfMemory(gl_)) throw std::bad_alloc();
+  textures_[image] = std::move(made);
 }
 
 std::size_t PlanObjects::textureBytes(GpuUse use) const {

@@ -12,6 +12,7 @@
 
 #include <limits>
 #include <string>
+#include <string_view>
 
 namespace relume {
 namespace {
@@ -112,6 +113,62 @@ TEST_F(GlDriven, readsTheHostsTextureAsItReadsItsImage) {
   glGetIntegerv(GL_TEXTURE_BINDING_2D, &now);
   EXPECT_EQ(static_cast<GLuint>(now), bound) << "the host's binding";
   glDeleteTextures(1, &bound);
+}
+
+// A loader whose OpenGL has no memory for textures while `isOut`.
+struct NoMemory {
+  static inline bool isOut = false, isPending = false;
+  static inline void (*storage)(GLenum, GLsizei, GLenum, GLsizei, GLsizei) = nullptr;
+  static inline GLenum (*error)() = nullptr;
+
+  static void texStorage2D(GLenum target, GLsizei levels, GLenum format, GLsizei width, GLsizei height) {
+    if (isOut) {
+      isPending = true;
+    } else {
+      storage(target, levels, format, width, height);
+    }
+  }
+  static GLenum getError() {
+    if (!isPending) return error();
+    isPending = false;
+    return GL_OUT_OF_MEMORY;
+  }
+  template <class Function>
+  static GlProc functionOf(Function* function) {
+    return reinterpret_cast<GlProc>(function);
+  }
+  static GlProc load(const char* name) {
+    const GlProc found = EglContext::getProcAddress(name);
+    if (std::string_view(name) == "glTexStorage2D") {
+      storage = reinterpret_cast<decltype(storage)>(found);
+      return functionOf(&texStorage2D);
+    }
+    if (std::string_view(name) == "glGetError") {
+      error = reinterpret_cast<decltype(error)>(found);
+      return functionOf(&getError);
+    }
+    return found;
+  }
+};
+
+TEST_F(GlDriven, anImageWithoutMemoryIsRefusedAndTheLightStays) {
+  constexpr std::uint32_t kSide = 64;
+  const std::vector<glm::vec3> image = test::makeStripes(kSide, kSide);
+  const std::vector<DrivenImage> images = {{"screen", kSide, kSide}};
+  Relighter gl = make(BackendKind::gl, images, NoMemory::load), cpu = make(BackendKind::cpu, images, {});
+  MaterialEmission byImage;
+  byImage.image = image;
+  LightSetup baked, driven;
+  driven.materialEmissions = {&byImage, 1};
+  ASSERT_TRUE(gl.relight(baked) && cpu.relight(baked));
+  const std::vector<float> before = gl.cacheCoefficients();
+  NoMemory::isOut = true;
+  const Status refused = gl.relight(driven);
+  NoMemory::isOut = false;
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::memory);
+  EXPECT_EQ(gl.cacheCoefficients(), before);
+  EXPECT_LT(differenceOf(gl, driven, cpu, driven), 0.005) << "and once there is some, its light";
 }
 
 TEST_F(GlDriven, texelsThatAreNoRadianceAreNoLight) {
