@@ -29,10 +29,12 @@ class GlLiveBackend final : public LiveBackend, public LiveGlResolve {
 
   const std::string& glsl() const override { return caches_.glsl(); }
   Status setUniforms(std::uint32_t program) const override {
-    if (std::find(checked_.begin(), checked_.end(), program) == checked_.end()) {
+    const bool isKnown = std::find(checked_.begin(), checked_.end(), program) != checked_.end();
+    // A program that has the name of one before it has none of its uniforms.
+    if (!isKnown || !caches_.hasUniforms(program)) {
       if (Status ok = caches_.checkTextureUnits(program); !ok) return ok;
       if (checked_.size() == kCheckedPrograms) checked_.clear();
-      checked_.push_back(program);
+      if (!isKnown) checked_.push_back(program);
     }
     caches_.setUniforms(program);
     return done();

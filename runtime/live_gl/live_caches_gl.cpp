@@ -252,6 +252,10 @@ Status LiveCachesGl::checkTextureUnits(std::uint32_t program) const {
   return relume::checkTextureUnits(state_->gl_, program, state_->names);
 }
 
+bool LiveCachesGl::hasUniforms(std::uint32_t program) const {
+  return hasResolvedVolumes(state_->gl_, program, state_->names.prefix);
+}
+
 void LiveCachesGl::setUniforms(std::uint32_t program) const {
   const State& s = *state_;
   std::array<ResolvedVolume, kMaxCascades> resolved;

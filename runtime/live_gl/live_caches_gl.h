@@ -71,6 +71,8 @@ class LiveCachesGl {
   // As LiveGlResolve has them.
   const std::string& glsl() const;
   [[nodiscard]] Status checkTextureUnits(std::uint32_t program) const;
+  // Whether a program has had setUniforms() since it was linked, of volumes.
+  bool hasUniforms(std::uint32_t program) const;
   void setUniforms(std::uint32_t program) const;
   void bind() const;
 

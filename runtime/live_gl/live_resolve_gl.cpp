@@ -111,6 +111,13 @@ Status checkTextureUnits(const gl::Functions& gl, std::uint32_t program, const L
   return done();
 }
 
+bool hasResolvedVolumes(const gl::Functions& gl, std::uint32_t program, const std::string& prefix) {
+  const GLint location = gl.GetUniformLocation(program, (prefix + "Volumes").c_str());
+  GLint volumes = 0;
+  if (location >= 0) gl.GetUniformiv(program, location, &volumes);
+  return volumes > 0;
+}
+
 void setResolvedVolumes(const gl::Functions& gl, std::uint32_t program, const std::string& prefix,
                         std::span<const ResolvedVolume> volumes) {
   const auto location = [&](const std::string& name) {

@@ -30,6 +30,8 @@ Status checkLiveGlNames(const gl::Functions& gl, const LiveGlNames& names);
 Result<std::string> liveResolveGlsl(const LiveGlNames& names);
 // Of a program that has that text. usage: another of its samplers has one of the units.
 Status checkTextureUnits(const gl::Functions& gl, std::uint32_t program, const LiveGlNames& names);
+// Whether a program has had setResolvedVolumes() since it was linked, of volumes.
+bool hasResolvedVolumes(const gl::Functions& gl, std::uint32_t program, const std::string& prefix);
 // Uniforms of a program that has that text. Volumes from the outermost on, kMaxCascades at most; none = no light.
 void setResolvedVolumes(const gl::Functions& gl, std::uint32_t program, const std::string& prefix,
                         std::span<const ResolvedVolume> volumes);

@@ -191,5 +191,28 @@ TEST_F(EditedLightOnGl, textureUnitsThatTwoHaveAreNamed) {
   EXPECT_TRUE(names(third, "shadowMaps[2]", "of relumeBeforePlanes")) << third;
 }
 
+// A program of another text that OpenGL gives the name of one that is gone.
+TEST_F(EditedLightOnGl, aNameThatIsUsedAgainIsCheckedAgain) {
+  VoxelLevel level;
+  level.addBox({0, 0, 0}, {4, 4, 4}, true);
+  auto light = LiveLight::create(level.geometry(), named("relumeBefore", {20, 9, 22}));
+  ASSERT_TRUE(light && light->update({}, {}));
+  const auto said = [&](const std::string& others, const std::string& body, std::uint32_t& name) {
+    bool isSet = false;
+    runCompute(others + light->gl()->glsl(),
+               "  vec3 p = vec3(1.0), n = vec3(0.0, 1.0, 0.0);\n  outData[0] = (relumeBeforeIrradiance(p, n) + " +
+                   body + ").x;\n",
+               {0.0f}, 1, 1, [&](std::uint32_t program) {
+                 name = program;
+                 isSet = static_cast<bool>(light->gl()->setUniforms(program));
+               });
+    return isSet;
+  };
+  std::uint32_t first = 0, second = 0;
+  EXPECT_TRUE(said("", "vec3(0.0)", first));
+  EXPECT_FALSE(said("layout(binding = 9) uniform sampler2D other;\n", "texture(other, vec2(0.5)).xyz", second));
+  if (first != second) GTEST_SKIP() << "this OpenGL gives names once";
+}
+
 }  // namespace
 }  // namespace relume
