@@ -175,9 +175,11 @@ std::vector<std::pair<std::string, std::size_t>> LiveView::bufferSizes() const {
 namespace {
 
 // Pieces, the triangles that they are cut into, and the sides of the voxels that they overlap: as many as the area has
-// room for, and a few of each triangle.
+// room for, and a few of each triangle. Volumes are found one after the other, and what is summed is of one at a time.
 Status reserveVoxels(const Scene& scene, float voxel, std::uint32_t cascades, Context& context) {
-  constexpr double kPieceBytes = 84.0, kTriangleBytes = 32.0, kVoxelBytes = 2 * 360.0, kVoxels = 2.0;
+  constexpr double kPieceBytes = 84.0 + 10.0,
+                   kTriangleBytes = 2 * 32.0;  // handed over and kept; found, and put together
+  constexpr double kKeptBytes = 2 * 48.0, kSummedBytes = 2 * 256.0, kVoxels = 2.0;  // of a voxel
   double triangles = 0.0, area = 0.0;
   for (const Instance& instance : scene.instances) {
     const auto count = static_cast<std::uint32_t>(scene.meshes[instance.mesh].triangle.size());
@@ -189,8 +191,8 @@ Status reserveVoxels(const Scene& scene, float voxel, std::uint32_t cascades, Co
     }
   }
   const double faces = area / (static_cast<double>(voxel) * static_cast<double>(voxel)), pieces = triangles + faces;
-  const double bytes =
-      pieces * (kPieceBytes + kTriangleBytes) + kVoxels * static_cast<double>(cascades) * faces * kVoxelBytes;
+  const double bytes = pieces * (kPieceBytes + kTriangleBytes) +
+                       kVoxels * faces * (static_cast<double>(cascades) * kKeptBytes + kSummedBytes);
   return reserveMemory(context, "voxels", bytes, std::to_string(static_cast<std::uint64_t>(pieces)) + " pieces",
                        "use fewer cells");
 }
