@@ -15,6 +15,11 @@ namespace {
 
 using Corner = glm::ivec3;
 
+// Of a triangle. A sliver of many grids' length has as many layers of pieces as it has lengths, each thinner than a
+// step, and next to none with an area: what is beyond is left out. A triangle that fills a grid has some three
+// thousand.
+constexpr std::uint32_t kMaxPiecesLookedAt = 1u << 17;
+
 struct SplitSteps {
   bool isLong(const Corner& a, const Corner& b) const {
     const Corner d = glm::abs(b - a);
@@ -49,7 +54,7 @@ bool TriangleSnapper::add(const std::array<Corner, 3>& corners, std::uint32_t su
   stack_.assign(1, corners);
   if (place_.mirrored) std::swap(stack_.back()[1], stack_.back()[2]);
   bool isFirst = true;
-  while (!stack_.empty()) {
+  for (std::uint32_t looked = 0; !stack_.empty() && looked < kMaxPiecesLookedAt; ++looked) {
     const std::array<Corner, 3> now = stack_.back();
     stack_.pop_back();
     if (isOutside(now)) continue;
