@@ -58,9 +58,9 @@ glm::vec4 ofVoxel(const VoxelVolume& volume, const glm::ivec3& voxel, const glm:
   if (side == kNoSide) return {0.0f, 0.0f, 0.0f, kSolidDepth};
   const VoxelRadiance& r = volume.radiance()[side / 2];
   const float depth = depthOfWall(std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2])}));
-  if (sides) return {depth * (side % 2 == 0 ? r.front : r.back), depth};
+  if (sides) return {depth * r.of(side), depth};
   const float a = volume.side(side & ~1u).area(), b = volume.side(side | 1u).area();
-  return {depth * glm::mix(r.back, r.front, a + b > 0.0f ? a / (a + b) : 0.5f), depth};
+  return {depth * glm::mix(r.back(), r.front(), a + b > 0.0f ? a / (a + b) : 0.5f), depth};
 }
 
 // What a ray along one of the six directions sees of an occupied voxel. A surface that it runs along covers next to
@@ -73,7 +73,7 @@ glm::vec4 ofVoxelAlong(const VoxelVolume& volume, const glm::ivec3& voxel, std::
   const float cosine = std::abs(static_cast<float>(r.axis[direction / 2])) / 127.0f,
               depth = depthOfWall(std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2])})) *
                       std::max(cosine, kEdgeOn);
-  const auto of = [&r](std::uint32_t s) { return s % 2 == 0 ? r.front : r.back; };
+  const auto of = [&r](std::uint32_t s) { return r.of(s); };
   const bool isBack = volume.side(side).area() == 0.0f && volume.side(side ^ 1u).area() > 0.0f;
   return {depth * glm::mix(of(isBack ? side ^ 1u : side), of(side), cosine), depth};
 }

@@ -113,13 +113,14 @@ std::vector<glm::vec4> ConeVolume::radianceTexels(const VoxelVolume& volume,
   for (const ConeSource& source : source_) {
     VoxelRadiance r;
     if (source.voxel != kNoSource) r = volume.radiance()[source.voxel];
-    if (directions == RadianceMips::Directions::one) r.front = r.back = glm::mix(r.back, r.front, source.front);
+    glm::vec3 front = r.front(), back = r.back();
+    if (directions == RadianceMips::Directions::one) front = back = glm::mix(back, front, source.front);
     const int longest = std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2])});
     const float depth = source.voxel == kNoSource ? kSolidDepth : depthOfWall(longest);
     const float axis =
         source.voxel == kNoSource ? 0.0f : static_cast<float>(packAxis({r.axis[0], r.axis[1], r.axis[2]}));
-    texels.emplace_back(r.front, axis);
-    texels.emplace_back(r.back, depth);
+    texels.emplace_back(front, axis);
+    texels.emplace_back(back, depth);
   }
   return texels;
 }

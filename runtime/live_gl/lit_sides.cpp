@@ -34,7 +34,8 @@ struct PackedLayer {
       sides.emplace_back(side.normal(), albedo.y);
       sides.emplace_back(emission, albedo.z);
       std::array<glm::uvec2, 4>& to = samples.emplace_back();
-      for (std::size_t k = 0; k < 4; ++k) to[k] = packSample(side.samples()[k]);
+      const VoxelSide::Samples found = side.samples();
+      for (std::size_t k = 0; k < 4; ++k) to[k] = packSample(found[k]);
     }
     voxels.reserve(layer.kept);
     for (std::uint32_t v = 0; v < layer.kept; ++v)
@@ -134,8 +135,8 @@ void LitSides::lightDirectly(std::span<const Light> lights) {
 
 void LitSides::copyDirect(const VoxelVolume& volume) {
   std::vector<glm::vec4> light;
-  light.reserve(volume.direct().size());
-  for (const glm::vec3& e : volume.direct()) light.emplace_back(e, 0.0f);
+  light.reserve(volume.sideCount());
+  for (std::uint32_t s = 0; s < volume.sideCount(); ++s) light.emplace_back(volume.directOf(s), 0.0f);
   direct_.write(0, bytesOf(light));
 }
 

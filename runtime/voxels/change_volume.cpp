@@ -5,6 +5,7 @@
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/stopwatch.h"
 #include "runtime/voxels/check_geometry.h"
+#include "runtime/voxels/packed_mesh.h"
 
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
@@ -151,7 +152,7 @@ VoxelVolume::SideLight VoxelVolume::sideLight(const VoxelLayer& standing, const 
   const std::size_t sides = standing.side.size() + moving.side.size(), same = std::min({kept, direct_.size(), sides});
   light.direct.assign(direct_.begin(), direct_.begin() + static_cast<std::ptrdiff_t>(same));
   light.radiance.assign(radiance_.begin(), radiance_.begin() + static_cast<std::ptrdiff_t>(same / 2));
-  light.direct.resize(sides, glm::vec3(0.0f));
+  light.direct.resize(sides);
   light.radiance.resize(sides / 2);
   for (std::size_t v = same / 2; v < sides / 2; ++v) {
     const glm::i8vec3& axis = v < standing.kept ? standing.axis[v] : moving.axis[v - standing.kept];
@@ -160,36 +161,57 @@ VoxelVolume::SideLight VoxelVolume::sideLight(const VoxelLayer& standing, const 
   return light;
 }
 
-// Parts that stand or move, where they are now: all that move, or of those that stand what has been edited.
-Result<VoxelVolume::Change> VoxelVolume::find(bool moves, std::vector<Part> parts,
+// Parts where they are now: of those that stand what has been edited, all that move.
+Result<VoxelVolume::Change> VoxelVolume::find(bool edited, bool moves, std::vector<Part> parts,
                                               std::span<const PartEdit> edits) const {
   Change change;
-  VoxelLayer& layer = (moves ? change.moving : change.standing).emplace();
-  Status ok =
-      moves ? fill(grid_, true, parts, layer, change.movingStats) : refill(parts, edits, layer, change.standingStats);
-  if (!ok) return ok.error();
-  change.light = moves ? sideLight(standing_, layer, standingSides()) : sideLight(layer, moving_, 0);
+  if (edited) {
+    if (Status ok = refill(parts, edits, change.standing.emplace(), change.standingStats); !ok) return ok.error();
+  }
+  if (moves) {
+    if (Status ok = fill(grid_, true, parts, change.moving.emplace(), change.movingStats); !ok) return ok.error();
+  }
+  change.light = sideLight(change.standing ? *change.standing : standing_, change.moving ? *change.moving : moving_,
+                           edited ? 0 : standingSides());
   change.parts = std::move(parts);
   return change;
+}
+
+Status VoxelVolume::place(std::span<const glm::mat4x3> toWorld, std::vector<Part>& parts) const {
+  std::size_t next = 0;
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    if (!parts[p].part.moves) continue;
+    if (next < toWorld.size()) {
+      if (Status ok = checkTransform(toWorld[next], p); !ok) return ok;
+      parts[p].part.toWorld = toWorld[next];
+    }
+    ++next;
+  }
+  if (next != toWorld.size())
+    return changeError("move() got " + std::to_string(toWorld.size()) + " transforms, expected one for each of " +
+                       std::to_string(next) + " parts that move");
+  return done();
+}
+
+Status VoxelVolume::place(std::span<const PartEdit> edits, std::vector<Part>& parts) const {
+  for (const PartEdit& e : edits) {
+    if (e.part >= parts.size())
+      return changeError("edit() of part " + std::to_string(e.part) + " of " + std::to_string(parts.size()));
+    if (parts[e.part].part.moves)
+      return changeError("edit() of part " + std::to_string(e.part) + ", which moves: move() places it");
+    if (Status ok = checkTransform(e.toWorld, e.part); !ok) return ok;
+    parts[e.part].part.toWorld = e.toWorld;
+    parts[e.part].present = e.present;
+  }
+  return done();
 }
 
 Result<VoxelVolume::Change> VoxelVolume::findMove(std::span<const glm::mat4x3> toWorld) const {
   Stopwatch watch;
   try {
     std::vector<Part> parts = parts_;
-    std::size_t next = 0;
-    for (std::size_t p = 0; p < parts.size(); ++p) {
-      if (!parts[p].part.moves) continue;
-      if (next < toWorld.size()) {
-        if (Status ok = checkTransform(toWorld[next], p); !ok) return ok.error();
-        parts[p].part.toWorld = toWorld[next];
-      }
-      ++next;
-    }
-    if (next != toWorld.size())
-      return changeError("move() got " + std::to_string(toWorld.size()) + " transforms, expected one for each of " +
-                         std::to_string(next) + " parts that move");
-    Result<Change> change = find(true, std::move(parts), {});
+    if (Status ok = place(toWorld, parts); !ok) return ok.error();
+    Result<Change> change = find(false, true, std::move(parts), {});
     if (change) change->ms_ = watch.lap();
     return change;
   } catch (const std::bad_alloc&) {
@@ -198,21 +220,26 @@ Result<VoxelVolume::Change> VoxelVolume::findMove(std::span<const glm::mat4x3> t
 }
 
 Result<VoxelVolume::Change> VoxelVolume::findEdit(std::span<const PartEdit> edits) const {
-  for (const PartEdit& e : edits) {
-    if (e.part >= parts_.size())
-      return changeError("edit() of part " + std::to_string(e.part) + " of " + std::to_string(parts_.size()));
-    if (parts_[e.part].part.moves)
-      return changeError("edit() of part " + std::to_string(e.part) + ", which moves: move() places it");
-    if (Status ok = checkTransform(e.toWorld, e.part); !ok) return ok.error();
-  }
   Stopwatch watch;
   try {
     std::vector<Part> parts = parts_;
-    for (const PartEdit& e : edits) {
-      parts[e.part].part.toWorld = e.toWorld;
-      parts[e.part].present = e.present;
-    }
-    Result<Change> change = find(false, std::move(parts), edits);
+    if (Status ok = place(edits, parts); !ok) return ok.error();
+    Result<Change> change = find(true, false, std::move(parts), edits);
+    if (change) change->ms_ = watch.lap();
+    return change;
+  } catch (const std::bad_alloc&) {
+    return noMemoryForVoxels();
+  }
+}
+
+Result<VoxelVolume::Change> VoxelVolume::findPlaces(std::span<const PartEdit> edits,
+                                                    std::span<const glm::mat4x3> toWorld) const {
+  Stopwatch watch;
+  try {
+    std::vector<Part> parts = parts_;
+    if (Status ok = place(edits, parts); !ok) return ok.error();
+    if (Status ok = place(toWorld, parts); !ok) return ok.error();
+    Result<Change> change = find(true, true, std::move(parts), edits);
     if (change) change->ms_ = watch.lap();
     return change;
   } catch (const std::bad_alloc&) {

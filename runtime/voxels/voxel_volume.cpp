@@ -9,6 +9,7 @@
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/stopwatch.h"
 #include "runtime/voxels/check_geometry.h"
+#include "runtime/voxels/packed_mesh.h"
 
 #include <glm/geometric.hpp>
 
@@ -110,7 +111,7 @@ class DirectLight {
   DirectLight(const VoxelVolume& volume, const LightSetup& setup, std::span<const Light> lights)
       : volume_(volume), setup_(setup), lights_(lights) {}
 
-  void light(std::uint32_t begin, std::uint32_t end, std::span<glm::vec3> irradiance) const {
+  void light(std::uint32_t begin, std::uint32_t end, std::span<PackedLight> irradiance) const {
     const std::uint32_t count = end - begin;
     std::array<glm::vec3, kSides> sum{};
     std::array<glm::vec3, 4 * kSides> position, normal, arriving;
@@ -144,7 +145,7 @@ class DirectLight {
         if (visible[i] > 0.0f) sum[slot[i]] += arriving[i] * std::min(visible[i], 1.0f);
       }
     }
-    std::copy_n(sum.begin(), count, irradiance.begin() + begin);
+    for (std::uint32_t i = 0; i < count; ++i) irradiance[begin + i] = PackedLight(sum[i]);
   }
 
  private:
@@ -180,7 +181,7 @@ void VoxelVolume::reflect(const SideIrradiance& bounced, const glm::vec3& emissi
     auto emits = layer.emissionFrom(2 * first);
     for (std::uint32_t s = 2 * first; s < 2 * last; ++s) {
       const std::uint32_t i = 2 * from + s;
-      const glm::vec3 irradiance = bounced ? direct_[i] + bounced(i) : direct_[i];
+      const glm::vec3 irradiance = bounced ? directOf(i) + bounced(i) : directOf(i);
       glm::vec3 radiance = std::numbers::inv_pi_v<float> * layer.side[s].albedo() * irradiance;
       if (emits != layer.emission.end() && emits->side == s) radiance += emissionScale * (emits++)->emission;
       setRadiance(i, radiance);

@@ -18,7 +18,7 @@
 #include "relume/result.h"
 #include "relume/voxel_geometry.h"
 #include "runtime/voxels/march.h"
-#include "runtime/voxels/packed_mesh.h"
+#include "runtime/voxels/packed_light.h"
 #include "runtime/voxels/voxel_grid.h"
 #include "runtime/voxels/voxel_layer.h"
 
@@ -34,6 +34,8 @@
 
 namespace relume {
 
+struct PackedGeometry;
+
 inline constexpr std::uint32_t kNoSide = 0xFFFFFFFFu;
 
 struct VoxelOptions {
@@ -45,12 +47,14 @@ struct VoxelOptions {
   bool roams = false;         // the volume will be moved: VolumeGrid::roams
 };
 
-// What rays read of an occupied voxel, in half a cache line.
-struct alignas(32) VoxelRadiance {
-  glm::vec3 front{0.0f};              // [W/m²/sr]
-  std::array<std::int8_t, 4> axis{};  // toward the front, 127 times the unit vector
-  glm::vec3 back{0.0f};
-  float unused = 0.0f;
+// What rays read of an occupied voxel, in a quarter of a cache line.
+class alignas(16) VoxelRadiance {
+ public:
+  glm::vec3 front() const { return front_.value(); }  // [W/m²/sr]
+  glm::vec3 back() const { return back_.value(); }
+  // Of the volume's side of that number.
+  glm::vec3 of(std::uint32_t side) const { return side % 2 == 0 ? front() : back(); }
+  void set(std::uint32_t side, const glm::vec3& radiance) { (side % 2 == 0 ? front_ : back_) = PackedLight(radiance); }
 
   // Whether a ray of this direction meets the front.
   bool isFront(const glm::vec3& direction) const {
@@ -58,7 +62,15 @@ struct alignas(32) VoxelRadiance {
                static_cast<float>(axis[2]) * direction.z <
            0.0f;
   }
+  glm::vec3 along(const glm::vec3& direction) const { return (isFront(direction) ? front_ : back_).value(); }
+  bool operator==(const VoxelRadiance&) const = default;
+
+  std::array<std::int8_t, 3> axis{};  // toward the front, 127 times the unit vector
+
+ private:
+  PackedLight front_, back_;
 };
+static_assert(sizeof(VoxelRadiance) == 16);
 
 class VoxelVolume {
  public:
@@ -79,6 +91,7 @@ class VoxelVolume {
   class Change;
   Result<Change> findMove(std::span<const glm::mat4x3> toWorld) const;
   Result<Change> findEdit(std::span<const PartEdit> edits) const;
+  Result<Change> findPlaces(std::span<const PartEdit> edits, std::span<const glm::mat4x3> toWorld) const;  // both
   // The grid begins so many cells from where it stood first (voxel_grid.h). Its bits and sides are those of a volume
   // created there. Errors: as create().
   Result<Change> findShift(const glm::ivec3& shift) const;
@@ -91,11 +104,10 @@ class VoxelVolume {
   using SideIrradiance = std::function<glm::vec3(std::uint32_t side)>;
   void reflect(const SideIrradiance& bounced, const glm::vec3& emissionScale);
 
-  // What a side sends out, in place of what reflect() found. [side < sideCount(), W/m²/sr, finite] Throws nothing; each
-  // side by one thread.
-  void setRadiance(std::uint32_t side, const glm::vec3& radiance) {
-    (side % 2 == 0 ? radiance_[side / 2].front : radiance_[side / 2].back) = radiance;
-  }
+  // What a side sends out, in place of what reflect() found, as PackedLight holds it. [side < sideCount(), W/m²/sr,
+  // finite] Throws nothing; each side by one thread.
+  void setRadiance(std::uint32_t side, const glm::vec3& radiance) { radiance_[side / 2].set(side, radiance); }
+  glm::vec3 radianceOf(std::uint32_t side) const { return radiance_[side / 2].of(side); }
 
   const VolumeGrid& grid() const { return grid_; }
   // Bits of what stands and of what moves. [Size cells]
@@ -121,7 +133,7 @@ class VoxelVolume {
   glm::vec3 emissionOfSide(std::uint32_t index) const {  // [W/m²/sr]
     return index < standingSides() ? standing_.emissionOf(index) : moving_.emissionOf(index - standingSides());
   }
-  std::span<const glm::vec3> direct() const { return direct_; }  // [W/m²] [Size sideCount()]
+  glm::vec3 directOf(std::uint32_t side) const { return direct_[side].value(); }  // [W/m²]
 
   // The first voxel along a ray, t in metres; direction is unit and the origin finite. [maxT > 0, m]
   MarchHit march(const glm::vec3& originWorld, const glm::vec3& direction, float maxT) const;
@@ -133,14 +145,12 @@ class VoxelVolume {
 
   // Radiance [W/m²/sr] of the side that a ray of this direction meets, as reflect() left it; black where dropped.
   // `voxel` is occupied.
-  const glm::vec3& radianceAt(const glm::ivec3& voxel, const glm::vec3& direction) const {
-    static constexpr glm::vec3 kBlack{0.0f};
+  glm::vec3 radianceAt(const glm::ivec3& voxel, const glm::vec3& direction) const {
     const bool moves = moving_.occupied > 0 && moving_.has(grid_, voxel);
     const VoxelLayer& layer = moves ? moving_ : standing_;
     const std::uint32_t number = layer.numberOf(grid_, voxel);
-    if (number >= layer.kept) return kBlack;
-    const VoxelRadiance& at = radiance_[moves ? standing_.kept + number : number];
-    return at.isFront(direction) ? at.front : at.back;
+    if (number >= layer.kept) return glm::vec3(0.0f);
+    return radiance_[moves ? standing_.kept + number : number].along(direction);
   }
 
   // Change with every create() and edit(), and with every move(), to what no other volume of the process has or had but
@@ -162,7 +172,7 @@ class VoxelVolume {
   };
 
   struct SideLight {
-    std::vector<glm::vec3> direct;
+    std::vector<PackedLight> direct;
     std::vector<VoxelRadiance> radiance;
   };
 
@@ -174,7 +184,9 @@ class VoxelVolume {
               VoxelStats& stats) const;
   Status refill(const std::vector<Part>& parts, std::span<const PartEdit> edits, VoxelLayer& layer,
                 VoxelStats& stats) const;
-  Result<Change> find(bool moves, std::vector<Part> parts, std::span<const PartEdit> edits) const;
+  Status place(std::span<const glm::mat4x3> toWorld, std::vector<Part>& parts) const;
+  Status place(std::span<const PartEdit> edits, std::vector<Part>& parts) const;
+  Result<Change> find(bool edited, bool moves, std::vector<Part> parts, std::span<const PartEdit> edits) const;
   Status fillAll();
   Status fillMoved(const VolumeGrid& from, const VolumeGrid& to, VoxelLayer& layer, VoxelStats& stats) const;
   // [voxels] of each layer that keep their sides.
@@ -190,7 +202,7 @@ class VoxelVolume {
   VoxelLayer standing_, moving_;
   VoxelStats standingStats_, movingStats_;
   std::vector<std::uint64_t> bits_;
-  std::vector<glm::vec3> direct_;
+  std::vector<PackedLight> direct_;
   std::vector<VoxelRadiance> radiance_;  // of standing voxels that are kept, then of moving ones
   std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
   double voxeliseMs_ = 0.0, moveMs_ = 0.0, directMs_ = 0.0, reflectMs_ = 0.0;

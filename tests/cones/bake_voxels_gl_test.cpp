@@ -101,8 +101,8 @@ TEST_F(BakeVoxelsOnGl, sendOutWhatTheCpuFinds) {
       ASSERT_TRUE(surfels->light(room.volume, relighter, emission));
       std::vector<glm::vec3> expected;
       for (const VoxelRadiance& r : room.volume.radiance()) {
-        expected.push_back(r.front);
-        expected.push_back(r.back);
+        expected.push_back(r.front());
+        expected.push_back(r.back());
       }
       const std::vector<glm::vec3> found = gl.radiance();
       EXPECT_LE(relativeRmse<glm::vec3>(expected, found), 1e-4) << "frame " << f << ", " << bands << " bands";

@@ -70,7 +70,7 @@ TEST_F(ConesOnGl, levelsInHalvesAreNear) {
       if (directions == Directions::one && scale != 1.0f) continue;
       ConesGl gl = onGl(options, directions, gpu::GroupThreads::parallel);
       for (std::uint32_t s = 0; s < level.volume.sideCount(); ++s)
-        level.volume.setRadiance(s, scale * (s % 2 == 0 ? before[s / 2].front : before[s / 2].back));
+        level.volume.setRadiance(s, scale * before[s / 2].of(s));
       ASSERT_TRUE(level.mips.update(level.volume));
       ASSERT_TRUE(gl.fill(level.volume));
       for (std::uint32_t l = 1; l <= gl.levels(); ++l)
@@ -199,7 +199,7 @@ TEST_F(ConesOnGl, readTheRadianceOfTheCaches) {
     for (std::uint32_t s = 0; s < level.volume.sideCount(); ++s) level.volume.setRadiance(s, radiance[s]);
     ASSERT_TRUE(level.mips.update(level.volume));
     for (std::uint32_t l = 1; l <= gl.levels(); ++l)
-      EXPECT_LE(relativeRmse(level.mips.texels(l), gl.texels(l)), 1e-5) << "frame " << f << ", level " << l;
+      EXPECT_LE(relativeRmse(level.mips.texels(l), gl.texels(l)), 1e-4) << "frame " << f << ", level " << l;
     const ConeTracer tracer(level.volume, level.mips, {});
     const PixelConeOptions options{.keep = false};
     PixelCones cpu = conesOf(options);

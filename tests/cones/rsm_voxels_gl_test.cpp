@@ -46,9 +46,8 @@ void expectSameSides(const VoxelVolume& volume, const RsmVoxels& cpu, const std:
   std::uint32_t lit = 0;
   for (std::uint32_t s = 0; s < volume.sideCount(); ++s) {
     if (cpu.targets().perFlux[s] == 0.0f) continue;
-    const VoxelRadiance& r = volume.radiance()[s / 2];
-    const glm::vec3& expected = s % 2 == 0 ? r.front : r.back;
-    ASSERT_EQ(found[s], expected) << "side " << s;
+    const glm::vec3 expected = volume.radianceOf(s);
+    ASSERT_EQ(PackedLight(found[s]).value(), expected) << "side " << s;
     if (expected != glm::vec3(0.0f)) ++lit;
   }
   EXPECT_GT(lit, 100u);
@@ -73,7 +72,7 @@ TEST_F(RsmVoxelsOnGl, mapsLightTheSameBits) {
       ASSERT_TRUE(ok) << ok.error().message;
       expectSameSides(level.volume, cpu, gl.sideRadiance());
       for (std::uint32_t l = 1; l <= gl.levels(); ++l)
-        EXPECT_LE(relativeRmse(level.mips.texels(l), gl.texels(l)), 1e-5) << "frame " << f << ", level " << l;
+        EXPECT_LE(relativeRmse(level.mips.texels(l), gl.texels(l)), 1e-4) << "frame " << f << ", level " << l;
     }
     // No light, then from the CPU again
     ASSERT_TRUE(gl.fill(level.volume, std::span<const RsmImage>(), glm::vec3(0.0f)));
@@ -102,8 +101,7 @@ TEST_F(RsmVoxelsOnGl, mapsOfManyBrightTexelsCarry) {
     float most = 0.0f;
     for (std::uint32_t s = 0; s < level.volume.sideCount(); ++s) {
       if (cpu.targets().perFlux[s] == 0.0f) continue;
-      const VoxelRadiance& r = level.volume.radiance()[s / 2];
-      ASSERT_EQ(found[s], s % 2 == 0 ? r.front : r.back) << flux << " side " << s;
+      ASSERT_EQ(PackedLight(found[s]).value(), level.volume.radianceOf(s)) << flux << " side " << s;
       most = std::max(most, found[s].x);
     }
     EXPECT_GT(most, 0.0f);

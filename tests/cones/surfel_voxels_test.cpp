@@ -50,16 +50,14 @@ TEST(SurfelVoxels, sendOutWhatSurfelsOrTheGridHave) {
     const VoxelSide& side = f.volume.side(s);
     if (side.area() == 0.0f || glm::dot(side.normal(), f.volume.positionOfSide(s)) > 0.0f) continue;
     if (s >= f.volume.standingSides()) continue;
-    const VoxelRadiance& r = f.volume.radiance()[s / 2];
-    const float sent = s % 2 == 0 ? r.front.x : r.back.x;
+    const float sent = f.volume.radianceOf(s).x;
     sum += sent;
     ++walls;
     if (std::abs(sent - 2.0f) < 1e-3f) ++bySurfel;
   }
   for (std::uint32_t s = f.volume.standingSides(); s < f.volume.sideCount(); ++s) {
     if (f.volume.side(s).area() == 0.0f) continue;
-    const VoxelRadiance& r = f.volume.radiance()[s / 2];
-    EXPECT_NEAR(s % 2 == 0 ? r.front.x : r.back.x, 1.0f, 0.1f) << "reflects half of what is around";
+    EXPECT_NEAR(f.volume.radianceOf(s).x, 1.0f, 0.1f) << "reflects half of what is around";
     ++moving;
   }
   EXPECT_GT(walls, 1000u);
@@ -70,7 +68,7 @@ TEST(SurfelVoxels, sendOutWhatSurfelsOrTheGridHave) {
   // What moved is found where it is; what was edited is refused, and the light stays.
   ASSERT_TRUE(f.volume.move(std::vector<glm::mat4x3>{glm::mat4x3(1.0f)}));
   EXPECT_TRUE(lit->light(f.volume, f.relighter, glm::vec3(1.0f)));
-  const float before = f.volume.radiance()[0].front.x + f.volume.radiance()[0].back.x;
+  const float before = f.volume.radianceOf(0).x + f.volume.radianceOf(1).x;
   ASSERT_TRUE(f.volume.edit(std::vector<PartEdit>{{0}}));
   const Status refused = lit->light(f.volume, f.relighter, glm::vec3(1.0f));
   ASSERT_FALSE(refused);

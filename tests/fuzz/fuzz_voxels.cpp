@@ -78,7 +78,7 @@ void lightAndRead(VoxelVolume& volume, LiveCaches& live, Reader& in) {
   frame.sky.radiance = {0.5f, 1.0f, 0.0f};
   frame.raySet = in.take<std::uint8_t>();
   CHECK(static_cast<bool>(live.update(volume, frame)));
-  for (const VoxelRadiance& radiance : volume.radiance()) CHECK(isLight(radiance.front) && isLight(radiance.back));
+  for (const VoxelRadiance& radiance : volume.radiance()) CHECK(isLight(radiance.front()) && isLight(radiance.back()));
   for (const float c : live.coefficients()) CHECK(std::isfinite(c));
   for (int i = 0; i < 8; ++i) {
     const glm::vec3 place = in.vector(), normal = in.vector();
@@ -116,7 +116,7 @@ void lightByMap(const VoxelVolume& volume, Reader& in) {
   VoxelVolume lit = volume;
   RsmVoxels maps;
   if (!maps.light(lit, frame.images, glm::abs(in.vector()))) return;
-  for (const VoxelRadiance& radiance : lit.radiance()) CHECK(isLight(radiance.front) && isLight(radiance.back));
+  for (const VoxelRadiance& radiance : lit.radiance()) CHECK(isLight(radiance.front()) && isLight(radiance.back()));
   CHECK(maps.arrived() >= 0.0f && maps.arrived() <= 1.0f);
 }
 

@@ -166,8 +166,8 @@ int main(int argc, char** argv) {
   const std::vector<glm::vec3> foundSides = gl.sideRadiance();
   std::uint32_t apart = 0;
   for (std::uint32_t s = 0; frames > 0 && isOne && s < voxels.volume().sideCount(); ++s) {
-    const VoxelRadiance& r = voxels.volume().radiance()[s / 2];
-    if (byMaps.targets().perFlux[s] > 0.0f && foundSides[s] != (s % 2 == 0 ? r.front : r.back)) ++apart;
+    if (byMaps.targets().perFlux[s] > 0.0f && PackedLight(foundSides[s]).value() != voxels.volume().radianceOf(s))
+      ++apart;
   }
   if (frames > 0 && isOne) {
     orExit(voxels.mips.update(voxels.volumes.all()));

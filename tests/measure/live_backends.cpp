@@ -78,8 +78,7 @@ void lightByBake(const Bake& bake, VoxelVolume& volume, const LightSetup& setup,
   double square = 0.0, off = 0.0;
   const std::vector<glm::vec3> found = onGl.radiance();
   for (std::uint32_t s = 0; s < volume.sideCount(); ++s) {
-    const VoxelRadiance& r = volume.radiance()[s / 2];
-    const glm::vec3 expected = s % 2 == 0 ? r.front : r.back, error = found[s] - expected;
+    const glm::vec3 expected = volume.radianceOf(s), error = found[s] - expected;
     square += static_cast<double>(glm::dot(expected, expected));
     off += static_cast<double>(glm::dot(error, error));
   }

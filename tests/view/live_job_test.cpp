@@ -39,9 +39,7 @@ class LiveJobs : public testing::Test {
     return scene;
   }
   static bool isSame(std::span<const VoxelRadiance> a, std::span<const VoxelRadiance> b) {
-    return std::ranges::equal(a, b, [](const VoxelRadiance& x, const VoxelRadiance& y) {
-      return x.front == y.front && x.back == y.back && x.axis == y.axis;
-    });
+    return std::ranges::equal(a, b);
   }
   // The next frame of a job that follows at its own pace.
   static LitFrame next(LiveJob& job) {
@@ -211,8 +209,8 @@ TEST_F(LiveJobs, whatIsTakenIsTheTakersAlone) {
     if (!volume || only.radiance.empty()) continue;
     ASSERT_EQ(only.radiance.size(), volume->radiance().size());
     for (std::uint32_t v = 0; v < only.radiance.size(); ++v) {
-      volume->setRadiance(2 * v, only.radiance[v].front);
-      volume->setRadiance(2 * v + 1, only.radiance[v].back);
+      volume->setRadiance(2 * v, only.radiance[v].front());
+      volume->setRadiance(2 * v + 1, only.radiance[v].back());
     }
     EXPECT_TRUE(isSame(volume->radiance(), only.radiance)) << "axes are of other voxels";
   }

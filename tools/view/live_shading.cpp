@@ -71,8 +71,8 @@ void LiveShading::takeVoxels(LitFrame& found) {
     const std::vector<VoxelRadiance>& radiance = light[l].radiance;
     if (radiance.size() != volumes_[l].radiance().size()) return;
     for (std::uint32_t v = 0; v < radiance.size(); ++v) {
-      volumes_[l].setRadiance(2 * v, radiance[v].front);
-      volumes_[l].setRadiance(2 * v + 1, radiance[v].back);
+      volumes_[l].setRadiance(2 * v, radiance[v].front());
+      volumes_[l].setRadiance(2 * v + 1, radiance[v].back());
     }
   }
   ++lit_;
