@@ -130,6 +130,13 @@ Status NestedVolumes::edit(std::span<const PartEdit> edits) {
   return ok;
 }
 
+Status NestedVolumes::place(std::span<const PartEdit> edits, std::span<const glm::mat4x3> toWorld) {
+  Status ok =
+      changeAll(volumes_, voxeliseMs_, [&](const VoxelVolume& volume) { return volume.findPlaces(edits, toWorld); });
+  if (ok) isLit_.clear();
+  return ok;
+}
+
 Status NestedVolumes::lightDirectly(const LightSetup& setup) {
   isLit_.clear();
   return lightChanged(setup);

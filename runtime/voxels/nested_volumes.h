@@ -41,6 +41,8 @@ class NestedVolumes {
   // As VoxelVolume's: all change or none.
   [[nodiscard]] Status move(std::span<const glm::mat4x3> toWorld);
   [[nodiscard]] Status edit(std::span<const PartEdit> edits);
+  // Both: what moves and what has been edited, or neither.
+  [[nodiscard]] Status place(std::span<const PartEdit> edits, std::span<const glm::mat4x3> toWorld);
   [[nodiscard]] Status lightDirectly(const LightSetup& setup);
   // The same of the volumes that have changed since, by the lights and shadows from before.
   [[nodiscard]] Status lightChanged(const LightSetup& setup);

@@ -102,6 +102,26 @@ TEST(NestedVolumes, eachIsHalfAsWideAsTheOneAroundIt) {
   EXPECT_TRUE(std::equal(one[0].bits().begin(), one[0].bits().end(), volumes[0].bits().begin()));
 }
 
+// Edits and moves of one frame: all of them or none.
+TEST(NestedVolumes, placeWhatMovesAndWhatIsEditedAtOnce) {
+  VoxelLevel level = hall();
+  NestedVolumes once = made(level, nested(2)), apart = made(level, nested(2));
+  glm::mat4x3 aside(1.0f), away(1.0f);
+  aside[3] = {1.5f, 0, 0.5f};
+  away[3] = {12, 2, 7};
+  const std::vector<PartEdit> edits{{2, aside, true}, {3, aside, false}};
+  const std::vector<glm::mat4x3> one{away}, two{away, away};
+  const Status refused = once.place(edits, two);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::usage);
+  expectSame(once, apart);
+  EXPECT_FALSE(once.place(std::vector<PartEdit>{{2, aside, true}, {99, aside, true}}, one));
+  expectSame(once, apart);
+  ASSERT_TRUE(once.place(edits, one));
+  ASSERT_TRUE(apart.edit(edits) && apart.move(one));
+  expectSame(once, apart);
+}
+
 TEST(NestedVolumes, afterManyMovesAreThoseCreatedThere) {
   VoxelLevel level = hall();
   NestedVolumes walked = made(level, nested(3));

@@ -117,8 +117,13 @@ Status LiveLevel::place(const std::vector<glm::mat4>& toWorld, bool editsCastSha
     isMoved_[i] = 1;
   }
   Status placed = hasLight() ? trace(*moved_, lifts) : done();
-  if (placed && !edits.empty()) placed = volumes_.edit(edits);
-  if (placed && moves) placed = volumes_.move(moving);
+  if (placed && moves && !edits.empty()) {
+    placed = volumes_.place(edits, moving);
+  } else if (placed && moves) {
+    placed = volumes_.move(moving);
+  } else if (placed && !edits.empty()) {
+    placed = volumes_.edit(edits);
+  }
   if (placed) return done();
   moved_->instances = before;
   if (!hasLight()) return placed;
