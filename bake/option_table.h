@@ -33,8 +33,6 @@ struct Field {
   const char* comment;
 };
 
-inline constexpr double kFloatMax = 1e30;  // stands for "no upper bound" of lengths and weights
-
 // Every option of `o`, which the fields point into.
 std::vector<Field> fields(BakeOptions& o);
 

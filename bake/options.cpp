@@ -49,7 +49,6 @@ std::string rangeText(const Field& field) {
   if (!field.names.empty()) return join(field.names);
   if (std::holds_alternative<bool*>(field.target)) return "true|false";
   if (std::holds_alternative<std::uint64_t*>(field.target)) return "0..2^64-1";
-  if (field.high >= kFloatMax) return ">= " + number(field.low);
   return number(field.low) + ".." + number(field.high) +
          (std::holds_alternative<glm::uvec3*>(field.target) ? " each" : "");
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// See file_io.h. A temporary is named "<file>.<process>-<n>.tmp" and locked while its writer lives, so that a later run
-// can tell the leavings of a killed one from the work of a neighbour. File systems without locks (NFS without lockd,
-// some FUSE) are told by the error of the first attempt; there the age of a temporary decides.
+// See file_io.h. A temporary is named "<file>.<process>-<n>.tmp", a long name cut, and locked while its writer lives,
+// so that a later run can tell the leavings of a killed one from the work of a neighbour. File systems without locks
+// (NFS without lockd, some FUSE) are told by the error of the first attempt; there the age of a temporary decides.
 #include "formats/file_io.h"
 
 #include "formats/memory.h"
@@ -69,7 +69,19 @@ bool isDigits(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-// Whether `name` is a temporary of the file `target`: "<target>.<digits>-<digits>.tmp".
+// What the temporaries of a file of this name begin with: the name, or where little of what a file system allows would
+// be left for the rest, its beginning and a number of the whole (FNV-1a).
+std::string stemOf(const std::string& name) {
+  constexpr std::size_t kLongest = 120, kKept = 80;
+  if (name.size() <= kLongest) return name;
+  std::size_t end = kKept;
+  while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0u) == 0x80u) --end;  // whole characters of UTF-8
+  std::uint64_t number = 14695981039346656037u;
+  for (const char c : name) number = (number ^ static_cast<unsigned char>(c)) * 1099511628211u;
+  return name.substr(0, end) + "~" + std::to_string(number);
+}
+
+// Whether `name` is a temporary of the file whose temporaries begin with `target`: "<target>.<digits>-<digits>.tmp".
 bool isTemporaryOf(std::string_view name, std::string_view target) {
   constexpr std::string_view kEnd = ".tmp";
   if (!name.starts_with(target) || !name.ends_with(kEnd) || name.size() <= target.size() + 1 + kEnd.size())
@@ -101,7 +113,7 @@ bool isForgotten(const fs::directory_entry& entry) {
 // Remove the temporaries that nobody holds a lock on.
 void removeStaleTemporaries(const fs::path& path) {
   std::error_code ignored;
-  const std::string target = path.filename().string();
+  const std::string target = stemOf(path.filename().string());
   for (fs::directory_iterator entry(folderOf(path), ignored), end; !ignored && entry != end; entry.increment(ignored)) {
     if (!isTemporaryOf(entry->path().filename().string(), target)) continue;
     const Descriptor file(::open(entry->path().c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
@@ -179,7 +191,7 @@ Descriptor openListed(const fs::path& name) {
 // was faster than our lock.
 Result<Temporary> createTemporary(const fs::path& path) {
   for (int attempt = 0; attempt < 1000; ++attempt) {
-    const fs::path name = folderOf(path) / (path.filename().string() + "." + std::to_string(::getpid()) + "-" +
+    const fs::path name = folderOf(path) / (stemOf(path.filename().string()) + "." + std::to_string(::getpid()) + "-" +
                                             std::to_string(attempt) + ".tmp");
     Descriptor file = openListed(name);
     if (file.get() < 0 && errno == EEXIST) continue;

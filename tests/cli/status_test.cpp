@@ -146,6 +146,20 @@ TEST_F(StatusCli, depfilesHoldOddNames) {
   }
 }
 
+TEST_F(StatusCli, depfilesOfNamesThatNobodyCanReadAreRefused) {
+  for (const char* name : {"a;b.json", "c|d.json", "e\nf.json"}) {
+    const std::string options = put(name, "{\"seed\": 3}");
+    const ProgramResult result = run(bakeArguments(room_, out_, {"--options", options, "--depfile", at("room.d")}));
+    EXPECT_EQ(result.status, 1) << name;
+    EXPECT_NE(result.err.find("--depfile: "), std::string::npos) << result.err;
+    EXPECT_NE(result.err.find("which Make and Ninja cannot read"), std::string::npos) << result.err;
+    EXPECT_FALSE(fs::exists(at("room.d")));
+    EXPECT_FALSE(fs::exists(out_));
+    EXPECT_EQ(run(bakeArguments(room_, out_, {"--options", options})).status, 0) << "without a depfile";
+    fs::remove(out_);
+  }
+}
+
 TEST_F(StatusCli, verifyBakesTwice) {
   const ProgramResult result = run(bakeArguments(room_, out_, {"--verify", "--progress", "json"}));
   EXPECT_EQ(result.status, 0) << result.err;

@@ -101,6 +101,24 @@ TEST_F(FileIo, staleTemporariesOfTheSameFileAreRemoved) {
   EXPECT_TRUE(fs::exists(folder_ / "a.relume.notes.tmp"));
 }
 
+// The longest name that a file system has room for; what a killed run has left of it is known as well.
+TEST_F(FileIo, longNamesHaveTemporaries) {
+  const std::string name = std::string(120, 'n') + std::string(124, 'm') + ".relume", other(255, 'n');
+  fs::path left;
+  ASSERT_TRUE(writeFileAtomically(folder_ / name, [&](const ByteSink&) {
+    for (const std::string& each : names()) left = each.ends_with(".tmp") ? folder_ / each : left;
+    return true;
+  }));
+  EXPECT_EQ(names(), std::vector<std::string>{name});
+  ASSERT_FALSE(left.empty());
+  std::ofstream(left) << "left by a killed run";
+  ASSERT_TRUE(writeText(folder_ / other, "new"));
+  EXPECT_TRUE(fs::exists(left)) << "of another file that begins like this one";
+  ASSERT_TRUE(writeText(folder_ / name, "new"));
+  EXPECT_FALSE(fs::exists(left));
+  EXPECT_EQ(contents(folder_ / name), "new");
+}
+
 TEST_F(FileIo, temporaryOfALivingWriterIsLeftAlone) {
   const fs::path neighbour = folder_ / "a.relume.999-0.tmp";
   const int fd = ::open(neighbour.c_str(), O_WRONLY | O_CREAT, 0600);

@@ -325,6 +325,8 @@ class BadInput(unittest.TestCase):
             self.assertEqual(caught.exception.status, 1)
         with self.assertRaises(relume.RelumeError):
             bake.lightmap_coordinates(bake.info.instances)
+        with self.assertRaisesRegex(ValueError, 'instance: 0 and more expected, -1 found'):
+            bake.lightmap_coordinates(-1)
         for text, call in (('a sequence of them expected', lambda: relighter.relight(SUN)),
                            (r'lights\[1\]: a Light expected, tuple', lambda: relighter.relight([SUN, (1, 2, 3)])),
                            ('visibility returned None', lambda: relighter.relight([SUN], lambda light, p, n: None)),

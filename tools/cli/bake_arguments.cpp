@@ -32,6 +32,14 @@ Status writeText(const std::string& path, const std::string& text) {
   return writeFileAtomically(path, [&](const ByteSink& sink) { return sink(std::as_bytes(std::span(text))); });
 }
 
+// What a run depends on.
+std::vector<std::filesystem::path> dependencies(const BakeArguments& arguments, const Scene& scene) {
+  std::vector<std::filesystem::path> files = scene.files;
+  if (!arguments.optionsFile.empty()) files.emplace_back(arguments.optionsFile);
+  if (!arguments.shard.empty()) files.emplace_back(arguments.plan);
+  return files;
+}
+
 }  // namespace
 
 Result<BakeOptions> chooseOptions(const BakeArguments& arguments, const BakeOptions& base) {
@@ -96,10 +104,11 @@ Status writeSideFiles(const BakeArguments& arguments, const std::string& output,
                       const std::string& report) {
   if (const Status status = writeReport(arguments.reportFile, report); !status) return status;
   if (arguments.depfile.empty()) return done();
-  std::vector<std::filesystem::path> files = scene.files;
-  if (!arguments.optionsFile.empty()) files.emplace_back(arguments.optionsFile);
-  if (!arguments.shard.empty()) files.emplace_back(arguments.plan);
-  return writeText(arguments.depfile, makeDepfile(output, files));
+  return writeText(arguments.depfile, makeDepfile(output, dependencies(arguments, scene)));
+}
+
+Status checkDepfile(const BakeArguments& arguments, const std::string& output, const Scene& scene) {
+  return arguments.depfile.empty() ? done() : checkDepfileNames(output, dependencies(arguments, scene));
 }
 
 int endUpToDate(const BakeArguments& arguments, const std::string& output, const Scene* scene,

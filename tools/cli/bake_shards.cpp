@@ -44,11 +44,13 @@ CommandFiles filesOf(const BakeArguments& arguments) {
   return files;
 }
 
-Result<Scene> loadLevel(const BakeArguments& arguments, CommandFiles& files, MeshReport report, Context& context) {
+Result<Scene> loadLevel(const BakeArguments& arguments, const std::string& output, CommandFiles& files,
+                        MeshReport report, Context& context) {
   Result<Scene> scene = loadScene(arguments.scene, context, toImportOptions(arguments.sceneOptions), report);
   if (!scene) return scene;
   files.read("a file of the scene", scene->files);
   if (const Status status = checkApart(files); !status) return status.error();
+  if (const Status status = checkDepfile(arguments, output, *scene); !status) return status.error();
   return scene;
 }
 
@@ -128,7 +130,7 @@ int runPlan(const BakeArguments& arguments) {
   CommandFiles files = filesOf(arguments);
   files.write("--plan", arguments.plan, FileKind::plan);
   if (const Status status = checkOutputs(files, context); !status) return fail(status.error());
-  const Result<Scene> scene = loadLevel(arguments, files, MeshReport::log, context);
+  const Result<Scene> scene = loadLevel(arguments, arguments.plan, files, MeshReport::log, context);
   if (!scene) return terminal.finish(), fail(scene.error());
 
   const auto existing = takeExisting(arguments.plan, arguments.force, "planning", context,
@@ -186,7 +188,7 @@ int runShard(const BakeArguments& arguments) {
   };
   // The level is read for what a depfile names, and to trace in.
   if (existing && arguments.depfile.empty()) return upToDate(nullptr);
-  const Result<Scene> scene = loadLevel(arguments, files, MeshReport::none, context);
+  const Result<Scene> scene = loadLevel(arguments, arguments.output, files, MeshReport::none, context);
   if (!scene) return terminal.finish(), fail(scene.error());
   if (existing) return upToDate(&*scene);
   if (const Status status = explainLevel(*scene, *plan); !status) return terminal.finish(), fail(status.error());

@@ -33,4 +33,17 @@ std::string makeDepfile(const std::string& target, const std::vector<std::filesy
   return text + "\n" + rules;
 }
 
+Status checkDepfileNames(const std::string& target, const std::vector<std::filesystem::path>& files) {
+  std::vector<std::string> names{target};
+  for (const std::filesystem::path& file : files) names.push_back(file.string());
+  for (const std::string& name : names) {
+    const std::size_t at = name.find_first_of(";|\n");
+    if (at == std::string::npos) continue;
+    const std::string found = name[at] == '\n' ? "an end of line" : std::string("a \"") + name[at] + "\"";
+    return Error{ErrorCode::usage, "--depfile: " + name + ": there is " + found +
+                                       " in the name, which Make and Ninja cannot read; expected a name without one"};
+  }
+  return done();
+}
+
 }  // namespace relume

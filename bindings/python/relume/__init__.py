@@ -102,6 +102,8 @@ class Bake(Handle):
 
     def lightmap_coordinates(self, instance: int, back_side: bool = False) -> Floats:
         """Coordinates on the light map of an instance's corners, three a triangle; -1 where the grid lights it. (corners, 2)"""
+        if instance < 0:
+            raise ValueError(f'instance: 0 and more expected, {instance} found')
         count = c_size_t()
         call = runtime.relume_bake_lightmap_coordinates
         self._check(call(self._open(), instance, int(back_side), None, byref(count)))
