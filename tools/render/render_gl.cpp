@@ -3,16 +3,14 @@
 // is bound by memory and not by the largest framebuffer.
 #include "tools/gl_scene/egl_context.h"
 
-#include "tools/gl_scene/draw_targets.h"
 #include "tools/gl_scene/gl_level.h"
 #include "tools/gl_scene/level_shader.h"
 #include "tools/gl_scene/shadow_maps.h"
 #include "tools/render/edited_gl.h"
 #include "tools/render/live_gl.h"
 #include "tools/render/render_gl.h"
+#include "tools/render/render_tiles.h"
 
-#include <glm/ext/matrix_clip_space.hpp>
-#include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/matrix.hpp>
@@ -25,8 +23,7 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kTile = 1024;  // sub-pixels a side
-constexpr GLuint kConeUnit = 19;       // of what cones find: renderConeLight, renderConeGlossy
+constexpr GLuint kConeUnit = 19;  // of what cones find: renderConeLight, renderConeGlossy
 
 // After levelConstant()s: renderLobes, links in lobes about the reflected directions, else irradiance; renderGloss,
 // surfaces mirror as their materials say; renderCones, cones have found what is mirrored and how open places are.
@@ -89,57 +86,6 @@ void main() {
 }
 )";
 
-// What a tile is drawn into.
-class Targets : public DrawTargets {
- public:
-  using DrawTargets::DrawTargets;
-  // What cones start from, as drawn with renderSurfaces.
-  PixelTextures surfaces(bool mirrors) const {
-    return {width(), height(), texture(0), texture(1), texture(2), mirrors ? texture(3) : 0u};
-  }
-  // Pixels of one target, row 0 at the bottom.
-  void read(int target, std::uint32_t width, std::uint32_t height, std::vector<glm::vec4>& pixels) const {
-    pixels.resize(std::size_t{width} * height);
-    glReadBuffer(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(target));
-    glReadPixels(0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGBA, GL_FLOAT, pixels.data());
-  }
-};
-
-// A rectangle of pixels of the image.
-struct Tile {
-  std::uint32_t x = 0, y = 0, width = 0, height = 0;
-};
-
-// Clip space of a tile, y up, from the world. Near and far enclose the level.
-glm::mat4 tileClip(const RenderRequest& request, const GlLevel& level, const Tile& tile) {
-  const CameraRays rays(request.camera, request.width, request.height);
-  const glm::mat4 view = glm::lookAt(rays.origin, rays.origin + rays.forward, glm::normalize(rays.up));
-  float far = 0.0f, nearest = 0.0f;
-  for (int i = 0; i < 8; ++i) {
-    const glm::vec3 corner((i & 1) ? level.boundsMax().x : level.boundsMin().x,
-                           (i & 2) ? level.boundsMax().y : level.boundsMin().y,
-                           (i & 4) ? level.boundsMax().z : level.boundsMin().z);
-    const float along = glm::dot(corner - rays.origin, rays.forward);
-    far = std::max(far, along);
-    nearest = i == 0 ? along : std::min(nearest, along);
-  }
-  far = 1.01f * far + 0.1f;
-  const float near = std::max({std::min(request.camera.znear, 0.05f), 1e-4f * far, 0.99f * nearest - 0.1f});
-  const float halfWidth = glm::length(rays.right), halfHeight = glm::length(rays.up);
-  const glm::mat4 project = rays.orthographic ? glm::ortho(-halfWidth, halfWidth, -halfHeight, halfHeight, 0.0f, far)
-                                              : glm::frustum(-halfWidth * near, halfWidth * near, -halfHeight * near,
-                                                             halfHeight * near, near, far);
-
-  // Stretch the tile's part of clip space over the whole of it.
-  const glm::vec2 size(request.width, request.height);
-  const glm::vec2 scale = size / glm::vec2(tile.width, tile.height);
-  const glm::vec2 centre = glm::vec2(tile.x, tile.y) + 0.5f * glm::vec2(tile.width, tile.height);
-  const glm::vec2 ndc(2.0f * centre.x / size.x - 1.0f, 1.0f - 2.0f * centre.y / size.y);
-  const glm::mat4 stretch =
-      glm::scale(glm::mat4(1.0f), glm::vec3(scale, 1.0f)) * glm::translate(glm::mat4(1.0f), glm::vec3(-ndc, 0.0f));
-  return stretch * project * view;
-}
-
 // Light over links, of a bake or without one; neither where there is none.
 struct LinkLight {
   const Relighter* baked = nullptr;
@@ -161,7 +107,7 @@ class GlRenderer {
   // live: as the request asks for it, or null.
   // lobes: the program that draws them; irradiance: the other one.
   GlRenderer(const RenderRequest& request, const GlLevel& level, GLuint irradiance, GLuint lobes,
-             const Targets& targets, LiveGl* live, RenderedFrame& frame)
+             const TileTargets& targets, LiveGl* live, RenderedFrame& frame)
       : request_(request),
         level_(level),
         irradiance_(irradiance),
@@ -312,21 +258,11 @@ class GlRenderer {
   const RenderRequest& request_;
   const GlLevel& level_;
   GLuint irradiance_, lobes_;
-  const Targets& targets_;
+  const TileTargets& targets_;
   LiveGl* live_;
   RenderedFrame& frame_;
   std::vector<glm::vec4> pixels_;
 };
-
-std::vector<Tile> tilesOf(const RenderRequest& request, std::uint32_t samples) {
-  const std::uint32_t side = std::max(kTile / samples, 1u);
-  std::vector<Tile> tiles;
-  for (std::uint32_t y = 0; y < request.height; y += side) {
-    for (std::uint32_t x = 0; x < request.width; x += side)
-      tiles.push_back({x, y, std::min(side, request.width - x), std::min(side, request.height - y)});
-  }
-  return tiles;
-}
 
 }  // namespace
 
@@ -400,8 +336,8 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   shadows->bind();
   const std::vector<Tile> tiles = tilesOf(request, request.samples);
   const std::uint32_t most = std::max(request.samples, 1u);
-  const Targets targets(std::max(most * tiles[0].width, std::min(request.width, kTile)),
-                        std::max(most * tiles[0].height, std::min(request.height, kTile)));
+  const TileTargets targets(std::max(most * tiles[0].width, std::min(request.width, kRenderTile)),
+                            std::max(most * tiles[0].height, std::min(request.height, kRenderTile)));
   if (!targets.complete()) return Error{ErrorCode::unsupported, "OpenGL cannot draw into 32-bit float targets"};
   RenderedFrame frame;
   frame.renderer = "gl: " + egl->renderer();
