@@ -223,9 +223,8 @@ struct ReadPlace {
   glm::vec3 share{0.0f};
 
   float weightOf(std::size_t k) const {
-    const glm::ivec3 corner = cornerOf(k);
-    float weight = 1.0f;
-    for (int a = 0; a < 3; ++a) weight *= corner[a] != 0 ? share[a] : 1.0f - share[a];
+    const std::array<glm::vec3, 2> of{1.0f - share, share};
+    const float weight = of[k & 1].x * of[k >> 1 & 1].y * of[k >> 2].z;
     return std::max(weight, 1e-4f);
   }
 };

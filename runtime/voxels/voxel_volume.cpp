@@ -117,11 +117,13 @@ class DirectLight {
     std::array<glm::vec3, 4 * kSides> position, normal, arriving;
     std::array<std::uint32_t, 4 * kSides> slot;
     std::array<float, 4 * kSides> visible;
+    std::array<VoxelSide::Samples, kSides> samples;
+    for (std::uint32_t i = 0; i < count; ++i) samples[i] = volume_.side(begin + i).samples();
     for (std::uint32_t k = 0; k < lights_.size(); ++k) {
       std::uint32_t lit = 0;
       for (std::uint32_t i = 0; i < count; ++i) {
         const glm::vec3 middle = glm::vec3(volume_.voxelOfSide(begin + i)) + 0.5f;
-        for (const SideSample& s : volume_.side(begin + i).samples()) {
+        for (const SideSample& s : samples[i]) {
           if (s.count() == 0) break;
           const glm::vec3 n = glm::normalize(glm::vec3(s.normal()));
           const glm::vec3 at = volume_.grid().toWorld(middle + glm::vec3(s.place()) / float{kVoxelSteps} + kLift * n);
