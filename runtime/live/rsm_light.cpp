@@ -21,7 +21,7 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kReceivers = 256, kCellsAtOnce = 4096;  // of a chunk
+constexpr std::uint32_t kReceivers = 256, kRsmCellsAtOnce = 4096;  // of a chunk
 // Length of sampled secondary rays over the longest side, as the authors' shaders have it: longer ones would have their
 // few samples farther apart. Exact ones end where they meet something.
 constexpr float kFar = 0.5f;
@@ -189,7 +189,7 @@ Status RsmLight::update(const VoxelVolume& volume, const RsmFrame& frame) {
     const bool isSame = shown_.numbers.size() == now_.numbers.size() && grid_.cells == grid.cells &&
                         grid_.originWorld == grid.originWorld && grid_.voxel == grid.voxel;
     const auto count = now_.count();
-    forChunks(volume.parallelFor(), static_cast<std::uint32_t>(cells.size()), kCellsAtOnce,
+    forChunks(volume.parallelFor(), static_cast<std::uint32_t>(cells.size()), kRsmCellsAtOnce,
               [&](std::uint32_t begin, std::uint32_t end) {
                 for (std::uint32_t i = begin; i < end; ++i) {
                   scaleCell(frame, grid, cells[i], now_);
