@@ -7,23 +7,23 @@
 namespace relume {
 namespace {
 
-using Corners = PieceTrees::Corners;
+using PieceCorners = PieceTrees::Corners;
 
-Corners turned(const Corners& t, std::size_t by) { return {t[by], t[(by + 1) % 3], t[(by + 2) % 3]}; }
+PieceCorners turned(const PieceCorners& t, std::size_t by) { return {t[by], t[(by + 1) % 3], t[(by + 2) % 3]}; }
 
 std::uint8_t turnedCut(std::uint32_t cut, std::size_t by) {
   return static_cast<std::uint8_t>((cut >> by | cut << (3 - by)) & 7u);
 }
 
 // The triangle that was cut into these, which are in splitLong()'s order, as if its first edges had been long.
-Corners wholeOf(const std::array<Corners, 2>& t) { return {t[0][0], t[1][1], t[1][2]}; }
-Corners wholeOf(const std::array<Corners, 3>& t) { return {t[1][0], t[0][1], t[2][2]}; }
-Corners wholeOf(const std::array<Corners, 4>& t) { return {t[0][0], t[1][1], t[2][2]}; }
+PieceCorners wholeOf(const std::array<PieceCorners, 2>& t) { return {t[0][0], t[1][1], t[1][2]}; }
+PieceCorners wholeOf(const std::array<PieceCorners, 3>& t) { return {t[1][0], t[0][1], t[2][2]}; }
+PieceCorners wholeOf(const std::array<PieceCorners, 4>& t) { return {t[0][0], t[1][1], t[2][2]}; }
 
 // What two of them share, which most that are not of one triangle do not.
-bool mayJoin(const std::array<Corners, 2>& t) { return t[0][1] == t[1][0] && t[0][2] == t[1][2]; }
-bool mayJoin(const std::array<Corners, 3>& t) { return t[0][0] == t[1][1] && t[0][2] == t[1][2]; }
-bool mayJoin(const std::array<Corners, 4>& t) { return t[3][0] == t[0][1] && t[3][1] == t[1][2]; }
+bool mayJoin(const std::array<PieceCorners, 2>& t) { return t[0][1] == t[1][0] && t[0][2] == t[1][2]; }
+bool mayJoin(const std::array<PieceCorners, 3>& t) { return t[0][0] == t[1][1] && t[0][2] == t[1][2]; }
+bool mayJoin(const std::array<PieceCorners, 4>& t) { return t[3][0] == t[0][1] && t[3][1] == t[1][2]; }
 
 }  // namespace
 
@@ -42,7 +42,7 @@ std::size_t PieceTrees::turnsOf(const Tree& tree) const {
 template <std::size_t Count>
 bool PieceTrees::join(std::uint8_t cut) {
   if (tree_.size() < Count) return false;
-  std::array<Corners, Count> piece;
+  std::array<PieceCorners, Count> piece;
   std::array<std::size_t, Count> turn{}, turns{};
   std::size_t all = 1;
   for (std::size_t i = 0; i < Count; ++i) {
@@ -56,7 +56,7 @@ bool PieceTrees::join(std::uint8_t cut) {
       piece[i] = turned(tree_[tree_.size() - 1 - i].corner, turn[i]);
     }
     if (!mayJoin(piece)) continue;
-    const Corners whole = wholeOf(piece);
+    const PieceCorners whole = wholeOf(piece);
     split_.clear();
     splitLong(MiddleOfPlaces{}, longEdges(cut), whole, split_);
     bool isSame = true;
