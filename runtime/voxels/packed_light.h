@@ -35,8 +35,8 @@ class PackedLight {
 
   glm::vec3 value() const {
     constexpr std::uint32_t kMask = (1u << kBits) - 1;
-    const std::uint32_t power = bits_[0] >> kBits | bits_[1] >> kBits << 3 | bits_[2] >> kBits << 6;
-    return stepOf(power) * glm::vec3(bits_[0] & kMask, bits_[1] & kMask, bits_[2] & kMask);
+    const std::uint32_t x = bits_[0], y = bits_[1], z = bits_[2];
+    return stepOf(x >> kBits | y >> kBits << 3 | z >> kBits << 6) * glm::vec3(x & kMask, y & kMask, z & kMask);
   }
   bool operator==(const PackedLight&) const = default;
 
