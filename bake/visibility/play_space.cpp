@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Walks through the level from where receivers can be. A walker in the air looks in a random direction. From what it
-// hits it goes on in one of two ways: through the air, from a random point between the last one and the hit (a receiver
-// may stand there, too), or off the surface in a cosine-weighted direction (light that bounces there reaches the
-// receiver). Drawing points on chords spreads the walkers evenly over the connected air (hit-and-run sampling). No
-// walker follows a ray that leaves the level: the far side of a roof must not be reached through the sky.
-//
-// Hits are counted per voxel (seen_voxels.h); voxels that are hardly ever hit are dropped (keep_voxels.h).
+// Walks through the level (walks.h) hit what matters: voxels that are hardly ever hit are dropped (keep_voxels.h), and
+// what is left says how much of each triangle's sides is seen.
 #include "bake/visibility/play_space.h"
 
 #include "bake/base/ladder.h"
@@ -16,6 +11,7 @@
 #include "bake/visibility/keep_voxels.h"
 #include "bake/visibility/seen_voxels.h"
 #include "bake/visibility/surface_parts.h"
+#include "bake/visibility/walks.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -24,18 +20,13 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <mutex>
 #include <span>
 #include <utility>
 
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kStage = 0x706C6179;  // the random streams' stage
-constexpr std::uint32_t kRounds = 8;          // later rounds start where walks of earlier ones ended
-constexpr std::size_t kWalksPerChunk = 2048;
 constexpr std::size_t kReceivers = 1u << 14;  // most points handed over as PlaySpace::receivers
-constexpr float kFreshStarts = 0.25f;         // share of a later round's walks that start at the sources again
 constexpr double kHitsPerVoxel = 24.0;        // expected if all surfaces were seen equally
 constexpr float kMaxVoxelShare = 0.1f;        // largest width of a voxel, in median distances to a hit
 constexpr double kLeastHitsPerVoxel =
@@ -45,191 +36,6 @@ constexpr float kCoarser = 4.0f;         // by which voxels grow that have fewer
 constexpr float kFarLooks = 64.0f;       // a hit beyond this multiple of that distance is far: no walk continues there
 constexpr double kOutermostHits = 0.01;  // share left out at each end of the box around what is looked at
 constexpr double kMinFarShare = 1e-4;    // smallest share of all hits that makes a far side matter
-
-// The state of one walk.
-struct Walker {
-  RandomStream random{0, 0, 0};
-  glm::vec3 air{0.0f};     // [m] the last point in free space
-  glm::vec3 origin{0.0f};  // [m]
-  glm::vec3 direction{0.0f};
-  bool inAir = true;  // the origin is a point in free space, not on a surface
-  bool known = true;  // see Start
-  bool ended = false;
-};
-
-glm::vec3 cosineDirection(const glm::vec3& unitNormal, RandomStream& random) {
-  const glm::vec3 d = unitNormal + 0.9999f * uniformDirection(random.uniform2());
-  return glm::normalize(d);
-}
-
-// Where hits are counted: near ones by voxel, far ones by side.
-struct Counts {
-  VoxelGrid grid;
-  float far = 0.0f;                              // [m] hits beyond this distance are far
-  VoxelCounter near;                             // by voxel
-  std::map<std::uint32_t, std::uint32_t> onFar;  // by side
-  std::mutex mutex;                              // of onFar
-};
-
-// What the walkers of a chunk hit.
-struct ChunkHits {
-  std::vector<VoxelHits> near;
-  std::vector<std::uint32_t> far;  // sides
-};
-
-// Count what a walker hit, and send it on.
-void advance(const RayTracer& tracer, const Counts& counts, const Hit& hit, Walker& w, ChunkHits& hits) {
-  const Scene& scene = tracer.scene();
-  const bool far = hit && hit.distance > counts.far;
-  if (far) {
-    hits.far.push_back(2 * (scene.instances[hit.instance].firstTriangle + hit.triangle) + (hit.back ? 1 : 0));
-  }
-  if (!hit || far) {
-    // Do not follow into the sky or so far away: look elsewhere from the last point in the air.
-    w.origin = w.air;
-    w.inAir = true;
-    w.direction = uniformDirection(w.random.uniform2());
-    return;
-  }
-  const Instance& instance = scene.instances[hit.instance];
-  if (!w.known && hit.back && !scene.bothSides(instance, hit.triangle)) {
-    w.ended = true;
-    return;
-  }
-  w.known = true;
-
-  const auto corners = scene.corners(instance, hit.triangle);
-  const glm::vec3 position = pointOf(corners, hit.barycentric);
-  const glm::vec3 cross = hit.back ? -crossOf(corners) : crossOf(corners);
-  VoxelHits& voxel = hits.near.emplace_back(counts.grid.voxel(hit.instance, position, cross));
-  (w.inAir ? voxel.direct : voxel.bounced) = 1;
-
-  const float length = glm::length(cross);
-  const glm::vec3 normal = length > 0.0f ? cross / length : -w.direction;
-  const glm::vec3 off = normal * tracer.epsilonAt(position);
-  if (w.random.uniform() < 0.5f) {
-    // Move off the surface in any case: the point may be at the end of the chord, where rounding could carry it
-    // through.
-    w.air = glm::mix(w.origin, position, w.random.uniform()) + off;
-    w.origin = w.air;
-    w.inAir = true;
-    w.direction = uniformDirection(w.random.uniform2());
-  } else {
-    w.origin = position + off;
-    w.inAir = false;
-    w.direction = cosineDirection(normal, w.random);
-  }
-}
-
-// Where the walks of a round ended in the air. Walks whose way came to no such end have none, but keep their number: a
-// walk that goes another way after an edit leaves all other numbers as they are.
-class WalkEnds {
- public:
-  // Of so many walks.
-  void set(std::vector<glm::vec3> reached, std::span<const std::uint8_t> valid) {
-    reached_ = std::move(reached);
-    next_.resize(reached_.size());
-    auto after = static_cast<std::uint32_t>(std::ranges::find(valid, 1) - valid.begin());  // of walk 0, once around
-    count_ = static_cast<std::size_t>(std::ranges::count(valid, 1));
-    for (std::size_t i = reached_.size(); i-- > 0;) {
-      if (valid[i] != 0) after = static_cast<std::uint32_t>(i);
-      next_[i] = after;
-    }
-  }
-  bool empty() const { return count_ == 0; }
-  std::uint32_t walks() const { return static_cast<std::uint32_t>(reached_.size()); }
-  // That of a walk, or of the next one that has an end.
-  const glm::vec3& operator[](std::size_t walk) const { return reached_[next_[walk]]; }
-  // At most so many, spread over the walks.
-  std::vector<glm::vec3> some(std::size_t most) const {
-    std::vector<glm::vec3> points;
-    if (count_ <= most) {
-      for (std::size_t i = 0; i < reached_.size(); ++i)
-        if (next_[i] == i) points.push_back(reached_[i]);
-    } else {
-      for (std::size_t i = 0; i < most; ++i) points.push_back((*this)[i * reached_.size() / most]);
-    }
-    return points;
-  }
-
- private:
-  std::vector<glm::vec3> reached_;
-  std::vector<std::uint32_t> next_;  // [Size walks] the walk itself, or the next with an end
-  std::size_t count_ = 0;            // of walks with an end
-};
-
-// Walk one round. Each walk starts at a source or, in later rounds, in the pool: where a walk of the round before
-// ended. The points in the air where this round's walks end become the next pool.
-void walkRound(const RayTracer& tracer, const PlaySpaceOptions& options, std::uint64_t seed, std::uint32_t round,
-               const StartSources& sources, WalkEnds& pool, Counts& counts, Context& context) {
-  const std::size_t walks = std::max<std::size_t>(options.walks / kRounds, 1);
-  std::vector<glm::vec3> reached(walks);
-  std::vector<std::uint8_t> valid(walks, 0);
-
-  parallelChunks(context, "play space", walks, kWalksPerChunk, [&](std::size_t begin, std::size_t end) {
-    const std::size_t count = end - begin;
-    std::vector<Walker> walkers(count);
-    std::vector<Ray> rays(count);
-    std::vector<Hit> found(count);
-    ChunkHits hits;
-    hits.near.reserve(count * options.maxBounces);
-    for (std::size_t i = 0; i < count; ++i) {
-      Walker& w = walkers[i];
-      w.random = RandomStream(seed, kStage + round, begin + i);
-      const bool fresh = pool.empty() || w.random.uniform() < kFreshStarts;
-      const Start start = fresh ? drawStart(sources, w.random)
-                                : Start{pool[w.random.below(pool.walks())], uniformDirection(w.random.uniform2())};
-      w.origin = w.air = start.position;
-      w.direction = start.direction;
-      w.known = start.known;
-    }
-
-    // Step all walkers of the chunk together, so that rays are traced in packets.
-    for (std::uint32_t step = 0; step < options.maxBounces; ++step) {
-      for (std::size_t i = 0; i < count; ++i) rays[i] = {walkers[i].origin, 0.0f, walkers[i].direction};
-      tracer.trace(rays, found);
-      for (std::size_t i = 0; i < count; ++i) {
-        if (!walkers[i].ended) advance(tracer, counts, found[i], walkers[i], hits);
-      }
-    }
-    counts.near.add(hits.near);
-    if (!hits.far.empty()) {
-      const std::lock_guard lock(counts.mutex);
-      for (const std::uint32_t side : hits.far) ++counts.onFar[side];
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      reached[begin + i] = walkers[i].air;
-      valid[begin + i] = !walkers[i].ended && walkers[i].known ? 1 : 0;
-    }
-  });
-
-  pool.set(std::move(reached), valid);
-}
-
-// What walks found.
-struct Walks {
-  VoxelGrid grid;
-  std::vector<VoxelHits> voxels;                   // sorted by key
-  double nearHits = 0.0;                           // all of theirs
-  std::map<std::uint32_t, std::uint32_t> farHits;  // by side
-  WalkEnds ends;                                   // of the last round
-};
-
-Walks walkThrough(const RayTracer& tracer, const PlaySpaceOptions& options, std::uint64_t seed,
-                  const StartSources& sources, float voxelSize, float farDistance, Context& context) {
-  Walks walks;
-  walks.grid.size = voxelSize;
-  walks.grid.origin = tracer.boundsMin() - 0.3719f * voxelSize;  // off the round coordinates that levels are built on
-  Counts counts;
-  counts.grid = walks.grid;
-  counts.far = farDistance;
-  for (std::uint32_t round = 0; round < kRounds && !context.cancelled(); ++round)
-    walkRound(tracer, options, seed, round, sources, walks.ends, counts, context);
-  walks.voxels = counts.near.sorted();
-  for (const VoxelHits& c : walks.voxels) walks.nearHits += static_cast<double>(c.direct) + c.bounced;
-  walks.farHits = std::move(counts.onFar);
-  return walks;
-}
 
 // The width of voxels that are to be tried in place of those of the walks, which few hits share, as between two faces a
 // hair apart or along a strip of kilometres; 0 = these will do.
@@ -251,7 +57,7 @@ FirstLook lookAround(const RayTracer& tracer, std::uint64_t seed, const StartSou
   std::vector<Ray> rays(kProbes);
   std::vector<Hit> hits(kProbes);
   for (std::size_t i = 0; i < kProbes; ++i) {
-    RandomStream random(seed, kStage + kRounds, i);
+    RandomStream random(seed, kWalkStage + kWalkRounds, i);
     const Start start = drawStart(sources, random);
     rays[i] = {start.position, 0.0f, start.direction};
   }
