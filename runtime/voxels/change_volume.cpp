@@ -161,22 +161,6 @@ VoxelVolume::SideLight VoxelVolume::sideLight(const VoxelLayer& standing, const 
   return light;
 }
 
-// Parts where they are now: of those that stand what has been edited, all that move.
-Result<VoxelVolume::Change> VoxelVolume::find(bool edited, bool moves, std::vector<Part> parts,
-                                              std::span<const PartEdit> edits) const {
-  Change change;
-  if (edited) {
-    if (Status ok = refill(parts, edits, change.standing.emplace(), change.standingStats); !ok) return ok.error();
-  }
-  if (moves) {
-    if (Status ok = fill(grid_, true, parts, change.moving.emplace(), change.movingStats); !ok) return ok.error();
-  }
-  change.light = sideLight(change.standing ? *change.standing : standing_, change.moving ? *change.moving : moving_,
-                           edited ? 0 : standingSides());
-  change.parts = std::move(parts);
-  return change;
-}
-
 Status VoxelVolume::place(std::span<const glm::mat4x3> toWorld, std::vector<Part>& parts) const {
   std::size_t next = 0;
   for (std::size_t p = 0; p < parts.size(); ++p) {
@@ -206,41 +190,28 @@ Status VoxelVolume::place(std::span<const PartEdit> edits, std::vector<Part>& pa
   return done();
 }
 
-Result<VoxelVolume::Change> VoxelVolume::findMove(std::span<const glm::mat4x3> toWorld) const {
+Result<VoxelVolume::Change> VoxelVolume::findPlaces(const PartPlaces& places) const {
   Stopwatch watch;
   try {
-    std::vector<Part> parts = parts_;
-    if (Status ok = place(toWorld, parts); !ok) return ok.error();
-    Result<Change> change = find(false, true, std::move(parts), {});
-    if (change) change->ms_ = watch.lap();
-    return change;
-  } catch (const std::bad_alloc&) {
-    return noMemoryForVoxels();
-  }
-}
-
-Result<VoxelVolume::Change> VoxelVolume::findEdit(std::span<const PartEdit> edits) const {
-  Stopwatch watch;
-  try {
-    std::vector<Part> parts = parts_;
-    if (Status ok = place(edits, parts); !ok) return ok.error();
-    Result<Change> change = find(true, false, std::move(parts), edits);
-    if (change) change->ms_ = watch.lap();
-    return change;
-  } catch (const std::bad_alloc&) {
-    return noMemoryForVoxels();
-  }
-}
-
-Result<VoxelVolume::Change> VoxelVolume::findPlaces(std::span<const PartEdit> edits,
-                                                    std::span<const glm::mat4x3> toWorld) const {
-  Stopwatch watch;
-  try {
-    std::vector<Part> parts = parts_;
-    if (Status ok = place(edits, parts); !ok) return ok.error();
-    if (Status ok = place(toWorld, parts); !ok) return ok.error();
-    Result<Change> change = find(true, true, std::move(parts), edits);
-    if (change) change->ms_ = watch.lap();
+    Change change;
+    std::vector<Part>& parts = change.parts.emplace(parts_);
+    if (places.edits) {
+      if (Status ok = place(*places.edits, parts); !ok) return ok.error();
+    }
+    if (places.toWorld) {
+      if (Status ok = place(*places.toWorld, parts); !ok) return ok.error();
+    }
+    if (places.edits) {
+      Status ok = refill(parts, *places.edits, change.standing.emplace(), change.standingStats);
+      if (!ok) return ok.error();
+    }
+    if (places.toWorld) {
+      Status ok = fill(grid_, true, parts, change.moving.emplace(), change.movingStats);
+      if (!ok) return ok.error();
+    }
+    change.light = sideLight(change.standing ? *change.standing : standing_, change.moving ? *change.moving : moving_,
+                             places.edits ? 0 : standingSides());
+    change.ms_ = watch.lap();
     return change;
   } catch (const std::bad_alloc&) {
     return noMemoryForVoxels();
@@ -340,14 +311,14 @@ Status VoxelVolume::fillAll() {
 }
 
 Status VoxelVolume::move(std::span<const glm::mat4x3> toWorld) {
-  Result<Change> change = findMove(toWorld);
+  Result<Change> change = findPlaces({.edits = {}, .toWorld = toWorld});
   if (!change) return change.error();
   take(std::move(*change));
   return done();
 }
 
 Status VoxelVolume::edit(std::span<const PartEdit> edits) {
-  Result<Change> change = findEdit(edits);
+  Result<Change> change = findPlaces({.edits = edits, .toWorld = {}});
   if (!change) return change.error();
   take(std::move(*change));
   return done();

@@ -117,22 +117,10 @@ Status changeAll(std::vector<VoxelVolume>& volumes, double& ms, const Find& find
 
 }  // namespace
 
-Status NestedVolumes::move(std::span<const glm::mat4x3> toWorld) {
+Status NestedVolumes::place(const PartPlaces& places) {
   double moveMs = 0.0;  // which the volumes have
-  Status ok = changeAll(volumes_, moveMs, [&](const VoxelVolume& volume) { return volume.findMove(toWorld); });
-  if (ok) isLit_.clear();
-  return ok;
-}
-
-Status NestedVolumes::edit(std::span<const PartEdit> edits) {
-  Status ok = changeAll(volumes_, voxeliseMs_, [&](const VoxelVolume& volume) { return volume.findEdit(edits); });
-  if (ok) isLit_.clear();
-  return ok;
-}
-
-Status NestedVolumes::place(std::span<const PartEdit> edits, std::span<const glm::mat4x3> toWorld) {
-  Status ok =
-      changeAll(volumes_, voxeliseMs_, [&](const VoxelVolume& volume) { return volume.findPlaces(edits, toWorld); });
+  Status ok = changeAll(volumes_, places.edits ? voxeliseMs_ : moveMs,
+                        [&](const VoxelVolume& volume) { return volume.findPlaces(places); });
   if (ok) isLit_.clear();
   return ok;
 }

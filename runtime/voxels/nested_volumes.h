@@ -38,11 +38,10 @@ class NestedVolumes {
   static Result<NestedVolumes> create(const VoxelGeometry& geometry, const NestedOptions& options);
   explicit NestedVolumes(VoxelVolume only);
 
-  // As VoxelVolume's: all change or none.
-  [[nodiscard]] Status move(std::span<const glm::mat4x3> toWorld);
-  [[nodiscard]] Status edit(std::span<const PartEdit> edits);
-  // Both: what moves and what has been edited, or neither.
-  [[nodiscard]] Status place(std::span<const PartEdit> edits, std::span<const glm::mat4x3> toWorld);
+  // As VoxelVolume's: all volumes and parts change or none.
+  [[nodiscard]] Status place(const PartPlaces& places);
+  [[nodiscard]] Status move(std::span<const glm::mat4x3> toWorld) { return place({.edits = {}, .toWorld = toWorld}); }
+  [[nodiscard]] Status edit(std::span<const PartEdit> edits) { return place({.edits = edits, .toWorld = {}}); }
   [[nodiscard]] Status lightDirectly(const LightSetup& setup);
   // The same of the volumes that have changed since, by the lights and shadows from before.
   [[nodiscard]] Status lightChanged(const LightSetup& setup);

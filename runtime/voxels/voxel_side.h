@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
-// One side of an occupied voxel in 32 bytes, of which a level has hundreds of
-// thousands. Places of light are as they were found, and so is their normal
-// where all have one; the rest is rounded to less than the voxel's sums were:
-// places to 2^-9 voxel, normals to 1e-3, those of light on curved surfaces to
-// half a degree, albedo to 2^-13 as surfaces have it, areas to 2^-12. What a
-// side emits is kept beside it (VoxelLayer::emission), as few do.
+// One side of an occupied voxel in 32 bytes, of which a level has hundreds of thousands. Places of light are as they
+// were found, and so is their normal where all have one; the rest is rounded to less than the voxel's sums were: places
+// to 2^-9 voxel, normals to 1e-3, those of light on curved surfaces to half a degree, albedo to 2^-13 as surfaces have
+// it, areas to 2^-12. What a side emits is kept beside it (VoxelLayer::emission), as few do.
 #pragma once
 
 #include "formats/octahedron.h"
@@ -25,8 +23,8 @@ namespace relume {
 class SideSample {
  public:
   SideSample() = default;
-  // place [-32..32, 1/64 voxel from the voxel's middle], normal [127 times the
-  // unit one], count [0..4] how many of the side's four places it stands for
+  // place [-32..32, 1/64 voxel from the voxel's middle], normal [127 times the unit one], count [0..4] how many of the
+  // side's four places it stands for
   SideSample(const glm::ivec3& place, const glm::ivec3& normal, std::uint32_t count)
       : place_(place), normal_(normal), count_(count) {}
 
@@ -40,13 +38,12 @@ class SideSample {
   std::uint32_t count_ = 0;
 };
 
-// Means over the triangles that face the side, by area and by how squarely they
-// do. Where none does, the back of those that face the other side.
+// Means over the triangles that face the side, by area and by how squarely they do. Where none does, the back of those
+// that face the other side.
 class VoxelSide {
  public:
-  // On the surfaces nearest to four places spread over the voxel, each once,
-  // with counts that sum to four; light and shadow vary within it. Those that
-  // are there come first; or there is none.
+  // On the surfaces nearest to four places spread over the voxel, each once, with counts that sum to four; light and
+  // shadow vary within it. Those that are there come first; or there is none.
   using Samples = std::array<SideSample, 4>;
 
   VoxelSide() = default;
@@ -67,8 +64,8 @@ class VoxelSide {
     putSamples(samples);
   }
 
-  // [voxels] from the voxel's middle, in front of all that faces this side, so
-  // that light reaches it. Sums with places in a grid are exact.
+  // [voxels] from the voxel's middle, in front of all that faces this side, so that light reaches it. Sums with places
+  // in a grid are exact.
   glm::vec3 place() const { return glm::vec3(triple(kPlace, kPlaceBits)) / kPlaceSteps; }
   glm::vec3 normal() const { return octahedral(kNormal, kNormalBits); }  // unit
   glm::vec3 albedo() const {
@@ -100,8 +97,8 @@ class VoxelSide {
  private:
   static constexpr std::uint32_t kLightBits = 21, kPlaceBits = 10, kNormalBits = 11, kAlbedoBits = 12, kAreaBits = 19,
                                  kAreaShift = 31 - kAreaBits;
-  // Where they begin: four places of light, whether their normals differ, one
-  // of 3 x 8 bits or four of 2 x 8; the means.
+  // Where they begin: four places of light, whether their normals differ, one of 3 x 8 bits or four of 2 x 8; the
+  // means.
   static constexpr std::uint32_t kLight = 0, kCurved = kLight + 4 * kLightBits, kLightNormal = kCurved + 1,
                                  kPlace = kLightNormal + 64, kNormal = kPlace + 3 * kPlaceBits,
                                  kAlbedo = kNormal + 2 * kNormalBits, kArea = kAlbedo + 3 * kAlbedoBits;

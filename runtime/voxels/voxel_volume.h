@@ -47,6 +47,12 @@ struct VoxelOptions {
   bool roams = false;         // the volume will be moved: VolumeGrid::roams
 };
 
+// Where parts are by now: those that stand (edit()) and all that move (move()), of which either may stay as it is.
+struct PartPlaces {
+  std::optional<std::span<const PartEdit>> edits;
+  std::optional<std::span<const glm::mat4x3>> toWorld;
+};
+
 // What rays read of an occupied voxel, in a quarter of a cache line.
 class alignas(16) VoxelRadiance {
  public:
@@ -89,9 +95,7 @@ class VoxelVolume {
 
   // What a call would make of the volume, for several of which all change or none.
   class Change;
-  Result<Change> findMove(std::span<const glm::mat4x3> toWorld) const;
-  Result<Change> findEdit(std::span<const PartEdit> edits) const;
-  Result<Change> findPlaces(std::span<const PartEdit> edits, std::span<const glm::mat4x3> toWorld) const;  // both
+  Result<Change> findPlaces(const PartPlaces& places) const;
   // The grid begins so many cells from where it stood first (voxel_grid.h). Its bits and sides are those of a volume
   // created there. Errors: as create().
   Result<Change> findShift(const glm::ivec3& shift) const;
@@ -186,7 +190,6 @@ class VoxelVolume {
                 VoxelStats& stats) const;
   Status place(std::span<const glm::mat4x3> toWorld, std::vector<Part>& parts) const;
   Status place(std::span<const PartEdit> edits, std::vector<Part>& parts) const;
-  Result<Change> find(bool edited, bool moves, std::vector<Part> parts, std::span<const PartEdit> edits) const;
   Status fillAll();
   Status fillMoved(const VolumeGrid& from, const VolumeGrid& to, VoxelLayer& layer, VoxelStats& stats) const;
   // [voxels] of each layer that keep their sides.

@@ -111,13 +111,13 @@ TEST(NestedVolumes, placeWhatMovesAndWhatIsEditedAtOnce) {
   away[3] = {12, 2, 7};
   const std::vector<PartEdit> edits{{2, aside, true}, {3, aside, false}};
   const std::vector<glm::mat4x3> one{away}, two{away, away};
-  const Status refused = once.place(edits, two);
+  const Status refused = once.place({edits, two});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::usage);
   expectSame(once, apart);
-  EXPECT_FALSE(once.place(std::vector<PartEdit>{{2, aside, true}, {99, aside, true}}, one));
+  EXPECT_FALSE(once.place({std::vector<PartEdit>{{2, aside, true}, {99, aside, true}}, one}));
   expectSame(once, apart);
-  ASSERT_TRUE(once.place(edits, one));
+  ASSERT_TRUE(once.place({edits, one}));
   ASSERT_TRUE(apart.edit(edits) && apart.move(one));
   expectSame(once, apart);
 }

@@ -117,13 +117,10 @@ Status LiveLevel::place(const std::vector<glm::mat4>& toWorld, bool editsCastSha
     isMoved_[i] = 1;
   }
   Status placed = hasLight() ? trace(*moved_, lifts) : done();
-  if (placed && moves && !edits.empty()) {
-    placed = volumes_.place(edits, moving);
-  } else if (placed && moves) {
-    placed = volumes_.move(moving);
-  } else if (placed && !edits.empty()) {
-    placed = volumes_.edit(edits);
-  }
+  PartPlaces places;
+  if (!edits.empty()) places.edits = edits;
+  if (moves) places.toWorld = moving;
+  if (placed && (places.edits || places.toWorld)) placed = volumes_.place(places);
   if (placed) return done();
   moved_->instances = before;
   if (!hasLight()) return placed;
