@@ -29,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Arguments {
-  std::string relume, shared, source, work, report, date;
+  std::string relume, shared, source, work, report, date, seed;
   std::vector<std::string> levels, settings{"paper"}, preview;
   bool all = false, reuse = false;
 
@@ -200,6 +200,7 @@ Status measureLevel(const Arguments& arguments, const AccuracyLevel& level, cons
                                    report.string(), "--force",      "--progress", "none"};
     const std::vector<std::string> options = bakeOptionsOf(level, setting);
     words.insert(words.end(), options.begin(), options.end());
+    if (!arguments.seed.empty()) words.insert(words.end(), {"--seed", arguments.seed});
     if (Status baked = runRelume(arguments, words); !baked) return baked;
   }
   const Result<AccuracyBake> baked = readBakeReport(level.name, report);
@@ -268,6 +269,7 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember(names));
   app.add_option("--preview", arguments.preview, "more options of `relume preview`, separated by commas")
       ->delimiter(',');
+  app.add_option("--seed", arguments.seed, "of the bakes' random numbers, for how far figures are of one set of them");
   app.add_option("--report", arguments.report, "write the table as Markdown");
   app.add_option("--date", arguments.date, "date named in the report");
   app.add_flag("--all", arguments.all, "all levels; also by RELUME_LONG_TESTS=1 in the environment");

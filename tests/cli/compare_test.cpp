@@ -165,6 +165,32 @@ TEST(CompareLight, farAndTurnedCachesHaveNoPartner) {
   EXPECT_TRUE(difference(blackBake(), far).unmatched);
 }
 
+// Caches of a grid over a floor of surfels, half of them close to it.
+Bake gridOverFloor(float lowest, float highest) {
+  Bake bake;
+  std::vector<glm::vec3> surfels, caches;
+  for (int i = 0; i < 32 * 32; ++i) surfels.emplace_back(0.25f * (i % 32), 0.0f, 0.25f * (i / 32));
+  for (int i = 0; i < 4 * 4 * 2; ++i)
+    caches.emplace_back(2.0f * (i % 4), i < 16 ? lowest : highest, 2.0f * (i / 4 % 4));
+  bake.surfels.areaEach = 0.0625f;
+  bake.surfels.positionWorld = surfels;
+  bake.surfels.emission = std::vector<glm::vec3>(surfels.size(), glm::vec3(0.0f));
+  bake.caches.normal = std::vector<glm::vec3>(caches.size(), glm::vec3(0.0f));
+  bake.caches.positionWorld = caches;
+  return bake;
+}
+
+TEST(CompareLight, lampsKeepOffSurfacesWhereTheyCan) {
+  const auto heights = [](const Bake& bake) {
+    std::vector<float> found;
+    for (const Lighting& each : makeLightings(bake, bake))
+      if (each.group == "points") found.push_back(each.lights[0].positionWorld.y);
+    return found;
+  };
+  EXPECT_EQ(heights(gridOverFloor(0.1f, 2.0f)), std::vector<float>(8, 2.0f)) << "three widths are 0.75 m";
+  EXPECT_EQ(heights(gridOverFloor(0.1f, 0.1f)), std::vector<float>(8, 0.1f)) << "there is no other place";
+}
+
 // Nothing that was compared is not the same as no difference.
 TEST(CompareLight, bakesWithoutCachesDoNotPassForOthers) {
   Bake none = makeSmallBake();

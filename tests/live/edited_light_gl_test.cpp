@@ -199,23 +199,12 @@ TEST_F(EditedLightOnGl, aNameThatIsUsedAgainIsCheckedAgain) {
   ASSERT_TRUE(light && light->update({}, {}));
   const GLuint program = glCreateProgram();
   const auto link = [&](const std::string& others, const std::string& body) {
-    const std::string text = "#version 430 core\n" + others + light->gl()->glsl() +
+    linkCompute(program, "#version 430 core\n" + others + light->gl()->glsl() +
                              "layout(local_size_x = 1) in;\n"
                              "layout(std430, binding = 1) writeonly buffer Out { float outData[]; };\n"
                              "void main() {\n  vec3 p = vec3(1.0), n = vec3(0.0, 1.0, 0.0);\n"
                              "  outData[0] = (relumeBeforeIrradiance(p, n) + " +
-                             body + ").x;\n}\n";
-    const char* pointer = text.c_str();
-    const GLuint shader = glCreateShader(GL_COMPUTE_SHADER);
-    glShaderSource(shader, 1, &pointer, nullptr);
-    glCompileShader(shader);
-    glAttachShader(program, shader);
-    glLinkProgram(program);
-    glDetachShader(program, shader);
-    glDeleteShader(shader);
-    GLint linked = GL_FALSE;
-    glGetProgramiv(program, GL_LINK_STATUS, &linked);
-    EXPECT_TRUE(linked);
+                             body + ").x;\n}\n");
   };
   link("", "vec3(0.0)");
   EXPECT_TRUE(light->gl()->setUniforms(program));

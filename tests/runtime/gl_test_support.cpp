@@ -44,6 +44,23 @@ SyntheticOptions manySurfels(LinkKind kind, std::uint32_t bands) {
   return {.surfels = 9000, .skyPatches = 48, .linksPerCache = 61, .kind = kind, .bands = bands};
 }
 
+bool linkCompute(std::uint32_t program, const std::string& source) {
+  const char* pointer = source.c_str();
+  const GLuint shader = glCreateShader(GL_COMPUTE_SHADER);
+  glShaderSource(shader, 1, &pointer, nullptr);
+  glCompileShader(shader);
+  glAttachShader(program, shader);
+  glLinkProgram(program);
+  GLint linked = GL_FALSE;
+  glGetProgramiv(program, GL_LINK_STATUS, &linked);
+  std::string log(4096, '\0');
+  glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
+  EXPECT_TRUE(linked) << log.c_str();
+  glDetachShader(program, shader);
+  glDeleteShader(shader);
+  return linked == GL_TRUE;
+}
+
 std::vector<float> runCompute(const std::string& text, const std::string& body, const std::vector<float>& in,
                               std::size_t count, std::size_t outFloats,
                               const std::function<void(std::uint32_t)>& prepare) {
@@ -54,18 +71,8 @@ std::vector<float> runCompute(const std::string& text, const std::string& body, 
                              "uniform uint threadCount;\n"
                              "void main() {\n  uint i = gl_GlobalInvocationID.x;\n  if (i >= threadCount) return;\n" +
                              body + "}\n";
-  const char* pointer = source.c_str();
-  const GLuint shader = glCreateShader(GL_COMPUTE_SHADER);
-  glShaderSource(shader, 1, &pointer, nullptr);
-  glCompileShader(shader);
   const GLuint program = glCreateProgram();
-  glAttachShader(program, shader);
-  glLinkProgram(program);
-  GLint linked = GL_FALSE;
-  glGetProgramiv(program, GL_LINK_STATUS, &linked);
-  std::string log(4096, '\0');
-  glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
-  EXPECT_TRUE(linked) << log.c_str();
+  const bool linked = linkCompute(program, source);
   std::vector<float> out(outFloats, 0.0f);
   if (linked) {
     GLuint buffers[2];
@@ -84,7 +91,6 @@ std::vector<float> runCompute(const std::string& text, const std::string& body, 
     glDeleteBuffers(2, buffers);
   }
   glDeleteProgram(program);
-  glDeleteShader(shader);
   return out;
 }
 

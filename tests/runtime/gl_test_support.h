@@ -36,6 +36,9 @@ Relighter makeRelighter(const Bake& bake, BackendKind backend, int luma = 0, int
 // Enough surfels for levels of the tree that fill many work groups, and sky.
 SyntheticOptions manySurfels(LinkKind kind, std::uint32_t bands);
 
+// Link a program, anew if it was linked before, of one compute shader that must compile.
+bool linkCompute(std::uint32_t program, const std::string& source);
+
 // Run `body` on `count` threads of a compute shader. `text` follows #version 430 and may declare functions; `body`
 // knows its thread `i`, reads float inData[] (binding 0) and writes float outData[] (binding 1). prepare: given the
 // program before it runs.
