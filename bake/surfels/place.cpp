@@ -66,8 +66,8 @@ Drawn drawAtLeast(const SurfaceSampler& sampler, std::size_t wanted, std::size_t
   Drawn drawn = drawPoints(sampler, wanted, seed, salt, context);
   for (int i = 0; i < kMaxRedraws && drawn.samples.size() < count && wanted < max && !context.cancelled(); ++i) {
     if (drawn.samples.empty()) break;
-    const double grown = 1.02 * static_cast<double>(wanted) * static_cast<double>(count) /
-                         static_cast<double>(std::min(count, drawn.samples.size()));
+    const double grown =
+        1.02 * static_cast<double>(wanted) * static_cast<double>(count) / static_cast<double>(drawn.samples.size());
     wanted = std::min(max, static_cast<std::size_t>(std::ceil(std::min(grown, static_cast<double>(max)))) + 1);
     drawn = drawPoints(sampler, wanted, seed, salt, context);
   }
