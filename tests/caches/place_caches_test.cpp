@@ -187,6 +187,36 @@ TEST(PlaceCaches, GapBehindAOneSidedLampHasCachesOfItsOwn) {
   EXPECT_GT(inGap, 20);
 }
 
+// Plates that stand on the floor right beside the middles of texels. A cache there would see little but its plate, and
+// all of its texel would be lit by that.
+TEST(PlaceCaches, KeepOffWhatStandsBesideThem) {
+  Placed bare{roomScene(), {}, {}, {}};
+  place(bare, fewCaches(600));
+  const auto onFloor = [](const Caches& caches, std::uint32_t c) {
+    const glm::vec3& p = caches.positionWorld[c];
+    return caches.normal[c].y > 0.99f && p.y < 0.1f && std::abs(p.x) < 1.6f && std::abs(p.z) < 2.6f;
+  };
+  Placed p{roomScene(), {}, {}, {}};
+  std::vector<glm::vec3> beside;
+  Mesh plates;
+  for (std::uint32_t c = 0; c < bare.caches.count(); ++c) {
+    if (!onFloor(bare.caches, c) || beside.size() == 40) continue;
+    const glm::vec3 at = bare.caches.positionWorld[c];
+    addBox(plates, at + glm::vec3(0.01f, -0.01f, -0.05f), at + glm::vec3(0.02f, 0.2f, 0.05f), false);
+    beside.push_back(at);
+  }
+  ASSERT_EQ(beside.size(), 40u);
+  addInstance(p.scene, std::move(plates), "plates");
+  p.scene.instances.back().mode = BakeMode::gridLit;
+  place(p, fewCaches(600));
+  int close = 0;
+  for (std::uint32_t c = 0; c < p.caches.count(); ++c) {
+    if (!onFloor(p.caches, c)) continue;
+    for (const glm::vec3& at : beside) close += glm::distance(at, p.caches.positionWorld[c]) < 0.03f;
+  }
+  EXPECT_LE(close, 2);
+}
+
 TEST(PlaceCaches, BothSidesOfACurtainHaveTheirOwnCaches) {
   Placed p{roomScene(), {}, {}, {}};
   Mesh curtain;

@@ -58,10 +58,13 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
   }
   std::array<Ray, kSeenRays> rays;
   std::array<Hit, kSeenRays> hits;
+  // A spot may lie on another surface as well, whose side its rays would miss: they start a little behind it, no deeper
+  // than liftAt() has lifted it.
+  const float behind = onSurface ? tracer_.epsilonAt(positionWorld) : 0.0f;
   for (std::size_t i = 0; i < kSeenRays; ++i) {
     const glm::vec3& d = onSurface ? hemisphere_[i] : sphere_[i];
-    rays[i].origin = positionWorld;
     rays[i].direction = u * d.x + v * d.y + w * d.z;
+    rays[i].origin = positionWorld - behind * rays[i].direction;
   }
 
   const Scene& scene = tracer_.scene();
@@ -72,6 +75,7 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
       const Hit& hit = hits[i];
       if (!hit) continue;
       count.free = std::min(count.free, hit.distance);
+      count.nearness += 1.0f / std::max(hit.distance, contact);
       const Instance& instance = scene.instances[hit.instance];
       if (hit.back && !scene.bothSides(instance, hit.triangle)) {
         count.back += 1.0f;
@@ -91,7 +95,8 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
     cast(kFirstRays, kSeenRays);
     raysCast = static_cast<float>(kSeenRays);
   }
-  return {count.back / raysCast, count.ownBack / raysCast, count.near / raysCast, count.seen / raysCast, count.free};
+  for (float* share : {&count.back, &count.ownBack, &count.near, &count.seen, &count.nearness}) *share /= raysCast;
+  return count;
 }
 
 bool Prober::connected(const glm::vec3& from, const glm::vec3& to) const {

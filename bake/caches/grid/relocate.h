@@ -18,6 +18,7 @@ struct Surroundings {
   float near = 0.0f;     // hit something within `contact`
   float seen = 0.0f;     // hit a side that the play space sees
   float free = std::numeric_limits<float>::infinity();  // [m] no ray hits anything nearer
+  float nearness = 0.0f;  // [1/m] mean of 1 / distance to what is hit, which is taken to be `contact` away at least
 };
 
 // Casts the same rays from every position: over the hemisphere around a normal (cosine-weighted), or over the sphere

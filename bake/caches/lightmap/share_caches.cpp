@@ -34,6 +34,10 @@ constexpr float kOffPlane = 3.0f;
 constexpr float kMaxReach = 1.6f;
 // [texel] How far away texels that no cache serves look for any cache in sight, before they read the grid.
 constexpr float kLastReach = 3.0f;
+// A cache keeps off spots that are so many times as close to what they see as its texel is in the middle: what stands
+// beside a texel's centre would light all of the texel. docs/notes/lightmap.md has what this gains.
+constexpr float kMaxNearness = 1.5f;
+constexpr float kFreeNearness = 0.5f;  // [1/texel] of a spot that has nothing beside it, which is taken as it is
 // With a larger share of near hits, a cache lies in a gap into which nothing looks.
 constexpr float kMaxNearShare = 0.9f;
 // Caches on surfaces may see this many times the share of back faces that caches of the grid may. They may see any
@@ -223,27 +227,48 @@ class Sharer {
     return none;
   }
 
-  // Choose the first spot of a texel from which few rays meet back faces, or otherwise the one from which the fewest
-  // do. Spots that see mostly backs count only if they see enough of what the play space sees. 0 = none, 1 = the
+  struct ProbedSpot {
+    std::uint32_t point = 0;  // of the texel's
+    SurfaceSpot spot;
+    float back = 0.0f, nearness = 0.0f;
+  };
+
+  // Of spots from which few rays meet back faces, the first that is not much closer to something than most of them are.
+  static const ProbedSpot& chooseOpen(const std::vector<ProbedSpot>& open) {
+    std::vector<float> nearness;
+    for (const ProbedSpot& each : open) nearness.push_back(each.nearness);
+    const auto middle = nearness.begin() + static_cast<std::ptrdiff_t>(nearness.size() / 2);
+    std::nth_element(nearness.begin(), middle, nearness.end());
+    return *std::find_if(open.begin(), open.end(),
+                         [&](const ProbedSpot& each) { return each.nearness <= kMaxNearness * *middle; });
+  }
+
+  // Choose a spot of a texel: among those from which few rays meet back faces, or otherwise the one from which the
+  // fewest do. Spots that see mostly backs count only if they see enough of what the play space sees. 0 = none, 1 = the
   // texel's middle, 2 = another.
   int chooseSpot(std::uint32_t texel) {
-    const float contact = 0.02f * texelSizeOf(set_, texels_, texel), tolerance = kTolerance * options_.maxBackFaceShare;
+    const float size = texelSizeOf(set_, texels_, texel), contact = 0.02f * size;
+    const float tolerance = kTolerance * options_.maxBackFaceShare;
     const std::uint32_t own = set_.patches[texels_.texels[texel].patch].instance;
-    float minBack = INFINITY;
-    int verdict = 0;
+    std::vector<ProbedSpot> open;
+    ProbedSpot least;
+    least.back = INFINITY;
     for (std::uint32_t k = 0; k < texels_.texels[texel].pointCount; ++k) {
-      const SurfaceSpot candidate = spotAt(texel, k);
-      if (candidate.normal == glm::vec3(0.0f)) continue;
-      const Surroundings around = prober_.probe(candidate.positionWorld, candidate.normal, contact, own);
+      const SurfaceSpot spot = spotAt(texel, k);
+      if (spot.normal == glm::vec3(0.0f)) continue;
+      const Surroundings around = prober_.probe(spot.positionWorld, spot.normal, contact, own);
       const bool outside = around.back <= tolerance && around.back + around.near <= kMaxNearShare;
       const bool gap = around.ownBack == 0.0f && around.seen >= kMinSeenInGap;
-      if ((!outside && !gap) || around.back >= minBack) continue;
-      spots_.spot[texel] = candidate;
-      verdict = k == 0 ? 1 : 2;
-      if (around.back <= options_.maxBackFaceShare) break;
-      minBack = around.back;
+      if (!outside && !gap) continue;
+      const ProbedSpot probed{k, spot, around.back, around.nearness};
+      if (around.back <= options_.maxBackFaceShare) open.push_back(probed);
+      if (around.back < least.back) least = probed;
+      if (!open.empty() && open[0].nearness * size <= kFreeNearness) break;
     }
-    return verdict;
+    if (!std::isfinite(least.back)) return 0;
+    const ProbedSpot& chosen = open.empty() ? least : chooseOpen(open);
+    spots_.spot[texel] = chosen.spot;
+    return chosen.point == 0 ? 1 : 2;
   }
 
   void checkCaches(std::size_t first, Context& context) {
