@@ -20,6 +20,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <string_view>
 
 namespace relume {
@@ -57,6 +58,7 @@ class NodeImporter {
   Status checkRoom(std::uint64_t more, const std::string& where);
   Status addCamera(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld, const std::string& where);
   Status addLight(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld, const std::string& where);
+  void warnOfMorph(const tinygltf::Node& node, const std::string& where);
   std::string pathOf(int node) const;
   std::string nameOf(int node) const;
   std::string instanceName(int node);
@@ -67,6 +69,7 @@ class NodeImporter {
   Context& context_;
   std::uint64_t triangles_ = 0;
   std::map<int, std::size_t> unnamed_;  // drawn nodes without a name, numbered as they are met
+  std::set<int> morphsTold_;
 };
 
 bool finite(const glm::dmat4& m) {
@@ -418,6 +421,21 @@ Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const
   return done();
 }
 
+// What a morph target (a shape key in Blender) bends is drawn bent by the game, but baked straight: say so once a mesh.
+void NodeImporter::warnOfMorph(const tinygltf::Node& node, const std::string& where) {
+  const tinygltf::Mesh& mesh = document_.model.meshes[static_cast<std::size_t>(node.mesh)];
+  const std::vector<double>& weights = node.weights.empty() ? mesh.weights : node.weights;
+  const bool bent = std::any_of(weights.begin(), weights.end(), [](double weight) { return weight != 0.0; });
+  const bool hasTargets = std::any_of(mesh.primitives.begin(), mesh.primitives.end(),
+                                      [](const tinygltf::Primitive& p) { return !p.targets.empty(); });
+  if (!bent || !hasTargets || !morphsTold_.insert(node.mesh).second) return;
+  context_.message(
+      Severity::warning,
+      document_.at(where + ": its mesh is bent by morph targets (shape keys), which bakes do not know: it is "
+                           "baked in its basic shape; apply them in the editor, or mark the node "
+                           "extras.relume.bake: \"dynamic\""));
+}
+
 Status NodeImporter::visit(const Visit& from, std::vector<Visit>& stack) {
   const tinygltf::Node& node = document_.model.nodes[static_cast<std::size_t>(from.node)];
   const std::string where = pathOf(from.node);
@@ -431,6 +449,7 @@ Status NodeImporter::visit(const Visit& from, std::vector<Visit>& stack) {
       context_.message(Severity::info, document_.at(where + ": has a skin; treated as dynamic"));
     }
     if (Status status = addMesh(node, placed, toWorld, where); !status) return status;
+    if (placed.mode != BakeMode::dynamic) warnOfMorph(node, where);
   }
   if (node.camera >= 0) {
     if (Status status = addCamera(node, at, toWorld, where); !status) return status;
