@@ -292,6 +292,10 @@ TEST_F(Cli, brokenBakesAreRefusedByNameWithStatus3) {
   refused(good.substr(0, 40), 3, "truncated");
   refused(good.substr(0, good.size() / 2), 3, "truncated");
   refused("not a bake at all, but long enough to hold the header of one, so it seems", 3, "header magic");
+  // Whose file is not a bake by its name meant a level, and learns what levels are.
+  expectFailure(run({"info", put("level.blend", "BLENDER-v304, an editor's own file")}), 3,
+                "levels are read as .glb or .gltf");
+  EXPECT_EQ(run({"info", put("bad.relume", "BLENDER-v304")}).err.find(".gltf"), std::string::npos);
   std::string flipped = good;
   flipped[good.size() / 2] = static_cast<char>(flipped[good.size() / 2] ^ 16);
   refused(flipped, 3, "checksum");

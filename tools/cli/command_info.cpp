@@ -113,6 +113,10 @@ Result<Json> describeFile(const std::string& file, const SceneOptions& options, 
   }
   if (Status ok = reserveBake(context, "info", file); !ok) return ok.error();
   const Result<Bake> bake = mapBake(file);
+  if (!bake && bake.error().code == ErrorCode::invalidFile && extension != ".relume" && extension != ".gz") {
+    return Error{ErrorCode::invalidFile,
+                 bake.error().message + "; levels are read as .glb or .gltf, which editors export"};
+  }
   if (!bake) return bake.error();
   const Result<std::vector<ChunkInfo>> chunks = listChunks(file);
   if (!chunks) return chunks.error();
