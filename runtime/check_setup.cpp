@@ -44,9 +44,15 @@ Status checkColor(const Field& field, const glm::vec3& color) {
   return refused(field.text() + " is " + text(color) + ", expected 0 to " + decimal(kMaxLight) + " in each channel");
 }
 
-Status checkDirection(const Field& field, const glm::vec3& direction) {
+Status checkDirection(const Field& field, LightKind kind, const glm::vec3& direction) {
   const float length = glm::length(direction);
   if (std::abs(length - 1.0f) <= kDirectionTolerance) return done();
+  // A struct of zeros in C is a directional light; one who meant a lamp has to hear of the kind.
+  if (length == 0.0f) {
+    return refused(field.text() + " is (0, 0, 0) of length 0, expected 1, for its kind is " +
+                   (kind == LightKind::spot ? "spot" : "directional") +
+                   ": give it a direction, or kind point, which has none");
+  }
   return refused(field.text() + " is " + text(direction) + " of length " + decimal(length) +
                  ", expected 1, at most 1 % more or less: normalise it");
 }
@@ -72,7 +78,7 @@ Status checkLight(const Light& light, std::size_t index) {
   }
   if (Status ok = checkColor(field("intensity"), light.intensity); !ok) return ok;
   if (light.kind != LightKind::point) {
-    if (Status ok = checkDirection(field("direction"), light.direction); !ok) return ok;
+    if (Status ok = checkDirection(field("direction"), light.kind, light.direction); !ok) return ok;
   }
   if (light.kind == LightKind::directional) return done();
   if (!within(light.positionWorld, -kMaxCoordinate, kMaxCoordinate)) {

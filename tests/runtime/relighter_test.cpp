@@ -232,7 +232,9 @@ TEST(Setup, eachFieldOfALightIsRefusedByIndexAndName) {
     for (const float bad : {nan, infinite, -infinite, 1e30f, 2.0f}) {
       for (int c = 0; c < 3; ++c) expect(kind, "direction is (", [&](Light& l) { l.direction[c] = bad; });
     }
-    expect(kind, "direction is (0, 0, 0) of length 0", [&](Light& l) { l.direction = glm::vec3(0.0f); });
+    const std::string text = std::string("direction is (0, 0, 0) of length 0, expected 1, for its kind is ") +
+                             (kind == LightKind::spot ? "spot" : "directional");
+    expect(kind, text, [&](Light& l) { l.direction = glm::vec3(0.0f); });
   }
   for (const float bad : {nan, infinite, -0.1f, 3.2f})
     expect(LightKind::spot, "outerConeRad is ", [&](Light& l) { l.outerConeRad = bad; });
@@ -283,7 +285,8 @@ TEST(Setup, directionsWithinOnePercentOfUnitLengthAreNormalised) {
       expectRefused(relighter, setup, "lights[0].direction");
       const Status lit = relighter.relight(setup);
       ASSERT_FALSE(lit);
-      EXPECT_NE(lit.error().message.find("normalise"), std::string::npos) << lit.error().message;
+      EXPECT_NE(lit.error().message.find(length == 0.0f ? "give it a direction" : "normalise"), std::string::npos)
+          << lit.error().message;
       const Result<int> frames = relightUntilConverged(relighter, setup);
       ASSERT_FALSE(frames);
       EXPECT_EQ(frames.error().message, lit.error().message);
