@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The runtime in one sitting: load a bake, relight it under a moving lamp and a sun, ask what light arrives at a point.
-//   hello_relight LEVEL.relume [X Y Z]        X Y Z: the point [m], by default the middle of the bake's surfels
+//   hello_relight LEVEL.relume [X Y Z]        X Y Z: the point [m], by default over the middle of the floor
 #include "relume/bake_file.h"
 #include "relume/relighter.h"
 
@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 
 int main(int argc, char** argv) {
   if (argc != 2 && argc != 5) {
@@ -25,9 +26,17 @@ int main(int argc, char** argv) {
   if (!relighter)
     return std::fprintf(stderr, "%s\n", relighter.error().message.c_str()), exitCode(relighter.error().code);
 
-  // 3. Where to look
-  glm::vec3 point(0.0f);
-  for (const glm::vec3& p : bake->surfels.positionWorld) point += p / static_cast<float>(bake->surfels.count());
+  // 3. Where to look: half a metre over the floor that is nearest to the middle, which itself may lie in a wall
+  glm::vec3 middle(0.0f);
+  for (const glm::vec3& p : bake->surfels.positionWorld) middle += p / static_cast<float>(bake->surfels.count());
+  glm::vec3 point = middle;
+  float nearest = std::numeric_limits<float>::max();
+  for (std::size_t i = 0; i < bake->surfels.count(); ++i) {
+    const float distance = glm::distance(bake->surfels.positionWorld[i], middle);
+    if (bake->surfels.normal[i].y < 0.7f || distance >= nearest) continue;
+    nearest = distance;
+    point = bake->surfels.positionWorld[i] + glm::vec3(0.0f, 0.5f, 0.0f);
+  }
   if (argc == 5) point = {std::strtof(argv[2], nullptr), std::strtof(argv[3], nullptr), std::strtof(argv[4], nullptr)};
 
   // 4. This frame's light: a sun and a lamp. Nothing is in shadow here; a game sets `visibility`

@@ -34,21 +34,32 @@ static void deallocate(void* user, void* at, size_t size, size_t alignment) {
   free(((void**)at)[-1]);
 }
 
-/* What the bake lights: the middle of its surfels. */
-static int middle_of(const relume_bake* bake, float middle[3]) {
+/* Half a metre over the floor that is nearest to the middle of what the bake lights, which itself may lie in a wall. */
+static int over_the_floor(const relume_bake* bake, float point[3]) {
   relume_bake_info info = {0};
-  float* positions;
+  float *positions, *normals, middle[3] = {0.0f, 0.0f, 0.0f};
+  double nearest = 1e30;
   unsigned int i, k;
   info.struct_size = sizeof info;
   if (relume_bake_get_info(bake, &info) != RELUME_OK) return 0;
-  positions = (float*)malloc(3 * sizeof(float) * info.surfels);
-  if (positions == NULL || relume_bake_surfels(bake, 0, info.surfels, positions, NULL) != RELUME_OK) {
+  positions = (float*)malloc(6 * sizeof(float) * info.surfels);
+  if (positions == NULL) return 0;
+  normals = positions + 3 * info.surfels;
+  if (relume_bake_surfels(bake, 0, info.surfels, positions, normals) != RELUME_OK) {
     free(positions);
     return 0;
   }
-  for (k = 0; k < 3; ++k) middle[k] = 0.0f;
   for (i = 0; i < info.surfels; ++i) {
     for (k = 0; k < 3; ++k) middle[k] += positions[3 * i + k] / (float)info.surfels;
+  }
+  for (k = 0; k < 3; ++k) point[k] = middle[k];
+  for (i = 0; i < info.surfels; ++i) {
+    const float* p = positions + 3 * i;
+    double distance = 0.0;
+    for (k = 0; k < 3; ++k) distance += (p[k] - middle[k]) * (p[k] - middle[k]);
+    if (normals[3 * i + 1] < 0.7f || distance >= nearest) continue;
+    nearest = distance;
+    for (k = 0; k < 3; ++k) point[k] = p[k] + (k == 1 ? 0.5f : 0.0f);
   }
   free(positions);
   return 1;
@@ -114,7 +125,7 @@ int main(int argc, char** argv) {
     fprintf(stderr, "%s\n", relume_context_error(context));
   } else if ((status = relume_relighter_create(bake, NULL, &relighter)) != RELUME_OK) {
     fprintf(stderr, "%s\n", relume_bake_error(bake));
-  } else if (!middle_of(bake, point)) {
+  } else if (!over_the_floor(bake, point)) {
     status = RELUME_ERROR_MEMORY;
     fprintf(stderr, "%s\n", relume_status_text(status));
   } else if ((status = run(relighter, point)) != RELUME_OK) {

@@ -15,8 +15,12 @@ if len(sys.argv) != 2:
 try:
     bake = relume.Bake(sys.argv[1])
     relighter = relume.Relighter(bake)
-    positions, _ = bake.surfels()
-    point = positions.mean(axis=0, dtype=float)
+    # Half a metre over the floor that is nearest to the middle, which itself may lie in a wall
+    positions, normals = bake.surfels()
+    point = middle = positions.mean(axis=0, dtype=float)
+    floor = positions[normals[:, 1] >= 0.7]
+    if len(floor):
+        point = floor[numpy.linalg.norm(floor - middle, axis=1).argmin()] + (0, 0.5, 0)
     way = numpy.array((0.28, -0.75, 0.6))
     sun = relume.Light.directional(way / numpy.linalg.norm(way), (9, 8.5, 7.5))
     for frame in range(16):

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 // samples/01_hello_relight on a bake of the sample level: it prints light, and valgrind finds no error and no leak in
 // it.
+#include "tests/cli/make_gltf.h"
 #include "tests/cli/run_program.h"
 
 #include <gtest/gtest.h>
+
+#include <array>
+#include <fstream>
 
 namespace relume {
 namespace {
@@ -41,6 +45,39 @@ TEST_F(Hello, printsSixteenFramesOfLight) {
   EXPECT_NE(log().find("frame 15: irradiance at"), std::string::npos) << log();
   EXPECT_EQ(log().find("nan"), std::string::npos) << log();
   EXPECT_EQ(shell("'" RELUME_HELLO "' /no/such/level.relume"), 2) << log();
+}
+
+// Two passages that meet in a corner: the middle of what is baked is behind the walls, where no light comes.
+TEST_F(Hello, looksWhereTheLevelIs) {
+  GltfParts parts;
+  BoxRoom& room = parts.room;
+  room = {};
+  using Corner = std::array<float, 3>;
+  const auto quad = [&](const Corner& a, const Corner& b, const Corner& c, const Corner& d) {
+    const auto first = static_cast<std::uint16_t>(room.position.size());
+    room.position.insert(room.position.end(), {a, b, c, d});
+    for (const int i : {0, 1, 2, 0, 2, 3}) room.index.push_back(static_cast<std::uint16_t>(first + i));
+  };
+  constexpr float kWide = 4.0f, kLong = 20.0f, kHigh = 4.0f;
+  const std::array<std::array<float, 2>, 6> outline{
+      {{0, 0}, {0, kLong}, {kWide, kLong}, {kWide, kWide}, {kLong, kWide}, {kLong, 0}}};
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const auto& [ax, az] = outline[i];
+    const auto& [bx, bz] = outline[(i + 1) % outline.size()];
+    quad({bx, 0, bz}, {ax, 0, az}, {ax, kHigh, az}, {bx, kHigh, bz});
+  }
+  for (const auto& [width, near, depth] : {std::array{kWide, kWide, kLong}, std::array{kLong, 0.0f, kWide}}) {
+    quad({0, 0, near}, {0, 0, depth}, {width, 0, depth}, {width, 0, near});
+    quad({0, kHigh, near}, {width, kHigh, near}, {width, kHigh, depth}, {0, kHigh, depth});
+  }
+  const fs::path level = folder_ / "corner.gltf";
+  std::ofstream(level) << makeGltf(parts);
+  const ProgramResult baked = runProgram({"bake", level.string(), "-o", bake(), "--preset", "draft", "--force",
+                                          "--surfels", "512", "--lightmap-caches", "200", "--progress", "none"},
+                                         folder_);
+  ASSERT_EQ(baked.status, 0) << baked.err;
+  ASSERT_EQ(shell("'" RELUME_HELLO "' '" + bake() + "'"), 0) << log();
+  EXPECT_EQ(log().find("facing up: 0.0000"), std::string::npos) << log();
 }
 
 TEST_F(Hello, valgrindFindsNoErrorAndNoLeak) {
