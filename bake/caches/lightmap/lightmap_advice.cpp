@@ -2,19 +2,16 @@
 // See lightmap_advice.h.
 #include "bake/caches/lightmap/lightmap_advice.h"
 
+#include "bake/base/parallel.h"
+#include "bake/caches/lightmap/receiver_sight.h"
+#include "bake/caches/lightmap/texel_units.h"
 #include "formats/decimal.h"
 #include "relume/bake/context.h"
 
-#include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
-#include <glm/matrix.hpp>
-
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -23,9 +20,12 @@
 namespace relume {
 namespace {
 
-// Most nodes named in each kind of warning, and the smallest share of all seen surface that is worth one.
+// Most nodes named in each kind of warning, and the smallest share of all seen surface that is worth one: surface that
+// reads the grid, and backs that have caches, which a game may still not draw.
 constexpr std::size_t kMaxNamed = 10, kMaxSmooth = 5;
-constexpr double kMinShare = 1e-3;
+constexpr double kMinShare = 1e-3, kMinLitBacks = 1e-2;
+// Spots at which it is asked whether receivers see a node's surface.
+constexpr std::size_t kSpots = 32;
 // The advised density gives caches to this share of a node's surface in small pieces.
 constexpr double kMended = 0.9;
 // The largest extras.relume.texelDensity.
@@ -43,116 +43,146 @@ std::string rounded(double density) {
 
 std::string number(double value) { return decimalGeneral(value, 3); }
 
-// How thick a mesh is in the mean, if it is closed, each edge being walked as often one way as the other, and its
-// fronts face outward; 0 otherwise. [m] in its own axes
-double thickness(const Mesh& mesh) {
-  using Point = std::array<float, 3>;
-  std::map<Point, std::uint32_t> numbers;
-  const auto vertexAt = [&](const glm::vec3& p) {
-    const glm::vec3 q = p + 0.0f;  // -0 is 0
-    return numbers.try_emplace(Point{q.x, q.y, q.z}, static_cast<std::uint32_t>(numbers.size())).first->second;
-  };
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> balance;
-  double volume = 0.0, area = 0.0;
-  for (const glm::uvec3& t : mesh.triangle) {
-    const std::array<glm::vec3, 3> corner = {mesh.position[t.x], mesh.position[t.y], mesh.position[t.z]};
-    const glm::dvec3 origin = mesh.position[mesh.triangle[0].x];
-    const glm::dvec3 cross = glm::cross(glm::dvec3(corner[1] - corner[0]), glm::dvec3(corner[2] - corner[0]));
-    volume += glm::dot(glm::dvec3(corner[0]) - origin, cross) / 6.0;
-    area += glm::length(cross) / 2.0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t a = vertexAt(corner[k]), b = vertexAt(corner[(k + 1) % 3]);
-      balance[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
-    }
-  }
-  const auto even = [](const auto& edge) { return edge.second == 0; };
-  return area > 0.0 && std::all_of(balance.begin(), balance.end(), even) ? std::max(2.0 * volume / area, 0.0) : 0.0;
-}
-
-// The seen surface of a node that reads the grid, and its fronts.
-struct Unlit {
-  double fronts = 0.0;  // [m²] all that is seen, lit or not
-  double backs = 0.0;   // [m²] backs of one-sided faces
-  double buried = 0.0;  // [m²] behind or inside something
-  double small = 0.0;   // [m²] too small for a cache
-  // Of each small patch: the density that gives it a cache of its own, and its area. [m²]
-  std::vector<std::pair<double, double>> wanted;
+// Surface of one kind.
+struct Surface {
+  double area = 0.0;                 // [m²] that is seen
+  std::vector<std::uint32_t> texel;  // texels on it; then only those on which receivers were found to look, each for an
+                                     // equal area
 };
 
-// The density at which most of a node's surface in small pieces gets caches.
-double mendingDensity(Unlit& unlit) {
-  std::sort(unlit.wanted.begin(), unlit.wanted.end());
-  double lit = 0.0;
-  for (const auto& [density, area] : unlit.wanted) {
-    lit += area;
-    if (lit >= kMended * unlit.small) return density;
-  }
-  return unlit.wanted.empty() ? 1.0 : unlit.wanted.back().first;
-}
+// The seen surface of a node that something is wrong with.
+struct Faulty {
+  Surface litBacks;  // backs of one-sided faces
+  Surface backs;     // those that read the grid
+  Surface buried;    // reads the grid: behind or inside something
+  Surface small;     // reads the grid: too small for a cache
+};
 
 class Adviser {
  public:
-  Adviser(const Scene& scene, const PatchSet& set, const PatchTexels& texels, const SharedCaches& shared,
-          const CacheOptions& options, Context& context)
-      : scene_(scene), set_(set), texels_(texels), shared_(shared), options_(options), context_(context) {}
+  Adviser(const PlaySpace& playSpace, const Prober& prober, const PatchSet& set, const PatchTexels& texels,
+          const SharedCaches& shared, const CacheOptions& options, Context& context)
+      : scene_(prober.tracer().scene()),
+        playSpace_(playSpace),
+        prober_(prober),
+        set_(set),
+        texels_(texels),
+        shared_(shared),
+        options_(options),
+        context_(context) {}
 
   void run() {
-    std::vector<Unlit> unlit(scene_.instances.size());
+    std::vector<Faulty> faulty(scene_.instances.size());
     double total = 0.0;
     for (std::uint32_t p = 0; p < set_.patches.size(); ++p) {
-      total += addPatch(p, unlit[set_.patches[p].instance]);
-      if (set_.patches[p].side == 0) unlit[set_.patches[p].instance].fronts += set_.patches[p].area;
+      total += addPatch(p, faulty[set_.patches[p].instance]);
     }
-    for (std::uint32_t i = 0; i < unlit.size(); ++i) {
-      if (isThin(i, unlit[i])) unlit[i].backs = 0.0;
-    }
+    keepSeen(faulty);
     context_.figure("grid_lit_area_share", total / set_.areaSeen);
     forLargest(
-        kMaxNamed, [&](std::uint32_t i) { return unlit[i].small; }, [&](std::uint32_t i) { warnSmall(i, unlit[i]); });
+        kMaxNamed, [&](std::uint32_t i) { return faulty[i].small.area; },
+        [&](std::uint32_t i) { warnSmall(i, faulty[i]); });
     forLargest(
-        kMaxNamed, [&](std::uint32_t i) { return unlit[i].buried; }, [&](std::uint32_t i) { warnBuried(i, unlit[i]); });
+        kMaxNamed, [&](std::uint32_t i) { return faulty[i].buried.area; },
+        [&](std::uint32_t i) { warnBuried(i, faulty[i]); });
     forLargest(
-        kMaxNamed, [&](std::uint32_t i) { return unlit[i].backs; }, [&](std::uint32_t i) { warnBacks(i, unlit[i]); });
+        kMaxNamed, [&](std::uint32_t i) { return backsToTellOf(faulty[i]); },
+        [&](std::uint32_t i) { warnBacks(i, faulty[i]); });
     adviseSmooth();
   }
 
  private:
   std::string nameOf(std::uint32_t instance) const { return "node \"" + scene_.instances[instance].node + "\""; }
 
-  // Add a patch without any cache to its node's surface. Returns its area [m²], or 0 for a patch that has a cache.
-  double addPatch(std::uint32_t p, Unlit& unlit) const {
-    bool buried = false;
+  // Add a patch that is at fault to its node's surface. Returns the area [m²] of a patch without any cache, or 0.
+  double addPatch(std::uint32_t p, Faulty& faulty) const {
+    const Patch& patch = set_.patches[p];
+    const Instance& instance = scene_.instances[patch.instance];
+    const Chart& chart = set_.meshes[instance.mesh].charts[patch.chart];
+    const bool isBack = patch.side == 1 && !scene_.bothSides(instance, chart.triangle[0]);
+    bool isLit = false, buried = false;
     for (std::uint32_t c = texels_.firstTexel[p]; c < texels_.firstTexel[p + 1]; ++c) {
-      if (shared_.cacheOfTexel[c] != kNoCache) return 0.0;
+      isLit = isLit || shared_.cacheOfTexel[c] != kNoCache;
       buried = buried || shared_.buried[c] != 0;
     }
-    const Patch& patch = set_.patches[p];
-    const double area = patch.area;
-    // A texel gets a cache of its own from minTexels full texels of surface on: area (density / texel size)² =
-    // minTexels.
-    const double minTexels = ownCacheTexels(options_), texel = texels_.texelSize;
-    const double wanted = std::sqrt(minTexels * texel * texel / std::max(area, 1e-30));
-    if (buried || wanted <= static_cast<double>(patch.density)) {
-      const Instance& instance = scene_.instances[patch.instance];
-      const Chart& chart = set_.meshes[instance.mesh].charts[patch.chart];
-      (patch.side == 1 && !scene_.bothSides(instance, chart.triangle[0]) ? unlit.backs : unlit.buried) += area;
-      return area;
-    }
-    // Keep the part of the density that does not come from the level.
-    const double others = patch.density / scene_.instances[patch.instance].texelDensity;
-    unlit.small += area;
-    unlit.wanted.emplace_back(wanted / others, area);
-    return area;
+    if (isLit && !isBack) return 0.0;
+    const bool isSmall = !buried && wantedDensity(patch) > static_cast<double>(patch.density);
+    Surface& surface = isLit ? faulty.litBacks : isSmall ? faulty.small : isBack ? faulty.backs : faulty.buried;
+    surface.area += static_cast<double>(patch.area);
+    for (std::uint32_t c = texels_.firstTexel[p]; c < texels_.firstTexel[p + 1]; ++c) surface.texel.push_back(c);
+    return isLit ? 0.0 : static_cast<double>(patch.area);
   }
 
-  // Where a plate is thinner than what the play space tells apart, its backs count as seen with the fronts before them.
-  // A room whose faces were not turned over is closed as well, but is no plate.
-  bool isThin(std::uint32_t instance, const Unlit& unlit) const {
-    if (!(unlit.backs > kMinShare * set_.areaSeen) || !(unlit.fronts > 0.5 * unlit.backs)) return false;
-    const Instance& placed = scene_.instances[instance];
-    const double scale = std::cbrt(std::abs(glm::determinant(glm::dmat3(placed.toWorld))));
-    const double thick = scale * thickness(scene_.meshes[placed.mesh]);
-    return thick > 0.0 && thick < static_cast<double>(texels_.texelSize);
+  // The density of texels at which a patch gets a cache of its own. A texel gets one from minTexels full texels of
+  // surface on: area (density / texel size)² = minTexels.
+  double wantedDensity(const Patch& patch) const {
+    const double minTexels = ownCacheTexels(options_), texel = texels_.texelSize;
+    return std::sqrt(minTexels * texel * texel / std::max(static_cast<double>(patch.area), 1e-30));
+  }
+
+  // The extras.relume.texelDensity at which most of a node's surface in small pieces gets caches.
+  double mendingDensity(const Surface& small) const {
+    std::vector<double> wanted;
+    for (const std::uint32_t texel : small.texel) {
+      // Keep the part of the density that does not come from the level.
+      const Patch& patch = set_.patches[texels_.texels[texel].patch];
+      const double others = patch.density / scene_.instances[patch.instance].texelDensity;
+      wanted.push_back(wantedDensity(patch) / others);
+    }
+    if (wanted.empty()) return 1.0;
+    std::sort(wanted.begin(), wanted.end());
+    const double last = std::ceil(kMended * static_cast<double>(wanted.size())) - 1.0;
+    return wanted[static_cast<std::size_t>(std::max(last, 0.0))];
+  }
+
+  bool isWorthAWarning(double area, double share = kMinShare) const { return area > share * set_.areaSeen; }
+
+  // The area [m²] of all backs, or 0 where they are not worth a warning.
+  double backsToTellOf(const Faulty& faulty) const {
+    const double all = faulty.backs.area + faulty.litBacks.area;
+    return isWorthAWarning(faulty.backs.area) || isWorthAWarning(all, kMinLitBacks) ? all : 0.0;
+  }
+
+  // Leave out what no receiver sees, though the play space counts it as seen.
+  void keepSeen(std::vector<Faulty>& faulty) const {
+    std::vector<Surface*> asked;
+    const auto ask = [&](Surface& surface) {
+      if (!surface.texel.empty()) asked.push_back(&surface);
+    };
+    for (Faulty& node : faulty) {
+      if (isWorthAWarning(node.small.area)) ask(node.small);
+      if (isWorthAWarning(node.buried.area)) ask(node.buried);
+      if (backsToTellOf(node) > 0.0) {
+        ask(node.backs);
+        ask(node.litBacks);
+      }
+    }
+    if (asked.empty()) return;
+    const ReceiverSight sight(playSpace_, prober_, context_);
+    parallelChunks(context_, "", asked.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) keepSeen(*asked[i], sight);
+    });
+  }
+
+  // Ask at spots that stand for equal areas, each at another point of its texel.
+  void keepSeen(Surface& surface, const ReceiverSight& sight) const {
+    std::vector<double> upTo;  // [m²] of the texels up to each
+    double area = 0.0;
+    for (const std::uint32_t texel : surface.texel)
+      upTo.push_back(area += static_cast<double>(texels_.texels[texel].area));
+    std::vector<std::uint32_t> seen;
+    for (std::size_t k = 0; k < kSpots; ++k) {
+      const double at = area * (static_cast<double>(k) + 0.5) / kSpots;
+      const auto found = std::upper_bound(upTo.begin(), upTo.end() - 1, at) - upTo.begin();
+      const std::uint32_t number = surface.texel[static_cast<std::size_t>(found)];
+      const PatchTexel& texel = texels_.texels[number];
+      SurfaceSpot spot =
+          spotOf(scene_, set_.patches[texel.patch], texels_.points[texel.firstPoint + k % texel.pointCount]);
+      spot.positionWorld += spot.normal * prober_.liftAt(spot.positionWorld, texelSizeOf(set_, texels_, number));
+      if (sight.sees(spot)) seen.push_back(number);
+    }
+    surface.area *= static_cast<double>(seen.size()) / kSpots;
+    surface.texel = std::move(seen);
   }
 
   // Visit the nodes with the most of some kind of surface, as far as that is worth a warning.
@@ -162,14 +192,14 @@ class Adviser {
     std::iota(order.begin(), order.end(), 0u);
     std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return area(a) > area(b); });
     for (std::size_t i = 0; i < std::min(maxCount, order.size()); ++i) {
-      if (!(area(order[i]) > kMinShare * set_.areaSeen)) break;
+      if (!isWorthAWarning(area(order[i]))) break;
       warn(order[i]);
     }
   }
 
-  void warnSmall(std::uint32_t instance, Unlit& unlit) const {
-    const double density = mendingDensity(unlit);
-    const std::string what = nameOf(instance) + ": " + number(unlit.small) +
+  void warnSmall(std::uint32_t instance, const Faulty& faulty) const {
+    const double density = mendingDensity(faulty.small);
+    const std::string what = nameOf(instance) + ": " + number(faulty.small.area) +
                              " m² of seen surface are in pieces too small for texels of " + number(texels_.texelSize) +
                              " m and read the grid; ";
     if (density <= kMaxDensity)
@@ -184,16 +214,22 @@ class Adviser {
                                               "nor send light: no texelDensity up to 100 gives them caches");
   }
 
-  void warnBacks(std::uint32_t instance, const Unlit& unlit) const {
-    context_.message(Severity::warning, nameOf(instance) + ": " + number(unlit.backs) +
-                                            " m² of what is seen of it are backs of its one-sided faces, which read "
-                                            "the grid; if they are not the inside of something, turn the faces of " +
+  void warnBacks(std::uint32_t instance, const Faulty& faulty) const {
+    const double all = faulty.backs.area + faulty.litBacks.area;
+    const std::string onGrid = !(faulty.backs.area > 0.0) ? ""
+                               : !(faulty.litBacks.area > 0.0)
+                                   ? ", which read the grid"
+                                   : ", of which " + number(faulty.backs.area) + " m² read the grid";
+    context_.message(Severity::warning, nameOf(instance) + ": " + number(all) +
+                                            " m² of what is seen of it are backs of its one-sided faces" + onGrid +
+                                            "; a game that draws no backs shows nothing there. If they are not the "
+                                            "inside of something, turn the faces of " +
                                             nameOf(instance) + " over or make their material doubleSided");
   }
 
-  void warnBuried(std::uint32_t instance, const Unlit& unlit) const {
+  void warnBuried(std::uint32_t instance, const Faulty& faulty) const {
     context_.message(Severity::warning,
-                     nameOf(instance) + ": " + number(unlit.buried) +
+                     nameOf(instance) + ": " + number(faulty.buried.area) +
                          " m² of seen surface read the grid, for from every place on them one sees mostly backs of "
                          "one-sided faces, or touches others; move " +
                          nameOf(instance) +
@@ -225,6 +261,8 @@ class Adviser {
   }
 
   const Scene& scene_;
+  const PlaySpace& playSpace_;
+  const Prober& prober_;
   const PatchSet& set_;
   const PatchTexels& texels_;
   const SharedCaches& shared_;
@@ -234,9 +272,9 @@ class Adviser {
 
 }  // namespace
 
-void warnAboutLightmap(const Scene& scene, const PatchSet& set, const PatchTexels& texels, const SharedCaches& shared,
-                       const CacheOptions& options, Context& context) {
-  Adviser(scene, set, texels, shared, options, context).run();
+void warnAboutLightmap(const PlaySpace& playSpace, const Prober& prober, const PatchSet& set, const PatchTexels& texels,
+                       const SharedCaches& shared, const CacheOptions& options, Context& context) {
+  Adviser(playSpace, prober, set, texels, shared, options, context).run();
 }
 
 }  // namespace relume

@@ -102,7 +102,7 @@ class Placer {
     if (!filled) return refusedByOptions(filled.error()).error();
     result.lightmap = std::move(*filled);
     report(trial, *plan, request);
-    warnAboutLightmap(scene_, set_, trial.texels, trial.shared, options_, context_);
+    warnAboutLightmap(playSpace_, prober_, set_, trial.texels, trial.shared, options_, context_);
     result.caches = std::move(trial.shared.caches);
     return result;
   }
