@@ -71,7 +71,12 @@ Hit RayTracer::State::resolveTie(const Ray& ray, unsigned id, std::uint32_t tria
     return std::tuple(glm::dot(glm::cross(c[1] - c[0], c[2] - c[0]), ray.direction) > 0.0f, anyId, any);
   };
   auto first = rank(id, triangle);
-  const auto note = [&](unsigned otherId, std::uint32_t other) { first = std::min(first, rank(otherId, other)); };
+  const auto note = [&](unsigned otherId, std::uint32_t other) {
+    // Where thousands overlap, most come after a front: their corners are not looked up.
+    const auto& [isBack, firstId, firstTriangle] = first;
+    if (!isBack && std::tie(otherId, other) >= std::tie(firstId, firstTriangle)) return;
+    first = std::min(first, rank(otherId, other));
+  };
   const Corners c = cornersOf(id, triangle);
   const glm::vec3 normal = glm::cross(c[1] - c[0], c[2] - c[0]);
   const float perDepth =

@@ -9,6 +9,7 @@ fan      triangles around one vertex, a disc                                    
 star     triangles that share one edge                                            3000
 soup     random triangles of 0.5 m in a cube of 10 m, each with its own corners   30000
 layers   coplanar squares of 10 m, two triangles each                             1000
+nested   coplanar squares in one another, up to 10 m                              1500
 copies   instances of one triangle in one place, by nodes                         20000
 crowd    instances of a sphere of 480 triangles in a cube, by EXT_mesh_gpu_instancing  2000
 field    instances of a triangle of 1 m on a plain, turned, by EXT_mesh_gpu_instancing  65536
@@ -23,7 +24,7 @@ import math
 import random
 import struct
 
-COUNTS = {"fan": 100000, "star": 3000, "soup": 30000, "layers": 1000, "copies": 20000, "crowd": 2000,
+COUNTS = {"fan": 100000, "star": 3000, "soup": 30000, "layers": 1000, "nested": 1500, "copies": 20000, "crowd": 2000,
           "field": 65536, "rocks": 100000}
 
 
@@ -49,6 +50,12 @@ def soup(count):
 def layers(count):
     square = [(-5.0, 0.0, 5.0), (5.0, 0.0, 5.0), (5.0, 0.0, -5.0), (-5.0, 0.0, -5.0)]
     return square * count, [4 * i + k for i in range(count) for k in (0, 1, 2, 0, 2, 3)]
+
+
+def nested(count):
+    half = [5.0 * (i + 1) / count for i in range(count)]
+    corners = [p for h in half for p in ((-h, 0.0, h), (h, 0.0, h), (h, 0.0, -h), (-h, 0.0, -h))]
+    return corners, [4 * i + k for i in range(count) for k in (0, 1, 2, 0, 2, 3)]
 
 
 def triangle():
@@ -127,7 +134,7 @@ def main():
     parser.add_argument("--count", type=int)
     o = parser.parse_args()
     count = o.count or COUNTS[o.kind]
-    shapes = {"fan": fan, "star": star, "soup": soup, "layers": layers}
+    shapes = {"fan": fan, "star": star, "soup": soup, "layers": layers, "nested": nested}
     if o.kind in shapes:
         level = Level(*shapes[o.kind](count))
         level.node({"name": o.kind, "mesh": 0})
