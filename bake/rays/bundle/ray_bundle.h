@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Many rays from one point, traced together: up to twice as fast as in packets (docs/notes/tracing.md), with the same
-// hits on any processor.
+// Many rays from one point, traced together: up to twice as fast as in packets (docs/notes/tracing.md). They hit the
+// same triangles; barycentrics differ from those of packets in their last bits, and are the same on any processor.
 #pragma once
 
 #include "bake/rays/ray_tracer.h"
