@@ -17,11 +17,12 @@
 namespace relume {
 namespace {
 
-constexpr std::size_t kReceivers = 4096;  // most that are kept
+constexpr std::size_t kMaxReceivers = 4096;  // most that are kept
 // Rays to receivers: to the nearest, who stand in the same air if any does, and to as many of all, for the nearest may
 // all be behind one wall.
-constexpr std::size_t kRays = 32;
-constexpr int kSteps = 8;  // from air where few backs are seen to all air that is connected with it, around corners
+constexpr std::size_t kSightRays = 32;
+constexpr int kReachSteps =
+    8;  // from air where few backs are seen to all air that is connected with it, around corners
 
 // Whether a ray reaches one of some receivers. With a normal, only those in front of it count.
 bool reachesOne(const Prober& prober, const glm::vec3& from, const glm::vec3& normal,
@@ -31,7 +32,7 @@ bool reachesOne(const Prober& prober, const glm::vec3& from, const glm::vec3& no
     glm::vec3 at{0.0f};                                        // [m]
   };
   const bool onSurface = normal != glm::vec3(0.0f);
-  std::array<Near, kRays> nearest;  // by ascending distance
+  std::array<Near, kSightRays> nearest;  // by ascending distance
   for (const glm::vec3& receiver : receivers) {
     const glm::vec3 way = receiver - from;
     const float distance2 = glm::dot(way, way);
@@ -43,7 +44,7 @@ bool reachesOne(const Prober& prober, const glm::vec3& from, const glm::vec3& no
   for (const Near& each : nearest) {
     if (each.distance2 < std::numeric_limits<float>::infinity() && prober.connected(from, each.at)) return true;
   }
-  const std::size_t others = std::min(2 * kRays, receivers.size());  // half of all are behind a surface
+  const std::size_t others = std::min(2 * kSightRays, receivers.size());  // half of all are behind a surface
   for (std::size_t i = 0; i < others; ++i) {
     const glm::vec3& receiver = receivers[i * receivers.size() / others];
     if ((!onSurface || glm::dot(receiver - from, normal) > 0.0f) && prober.connected(from, receiver)) return true;
@@ -54,7 +55,7 @@ bool reachesOne(const Prober& prober, const glm::vec3& from, const glm::vec3& no
 }  // namespace
 
 ReceiverSight::ReceiverSight(const PlaySpace& playSpace, const Prober& prober, Context& context) : prober_(prober) {
-  const std::size_t all = playSpace.receivers.size(), count = std::min(kReceivers, all);
+  const std::size_t all = playSpace.receivers.size(), count = std::min(kMaxReceivers, all);
   for (std::size_t i = 0; i < count; ++i) receivers_.push_back(playSpace.receivers[i * all / count]);
   // Cameras, and points that were looked for, are in free space, and so is all that walks from there reach.
   if (!prober.tracer().scene().volumes.empty() && count > 0) keepFree(context);
@@ -73,7 +74,7 @@ void ReceiverSight::keepFree(Context& context) {
   for (std::size_t i = 0; i < receivers_.size(); ++i) (backs[i] <= *middle ? free : others).push_back(receivers_[i]);
 
   // So does who has one of them in sight.
-  for (int step = 0; step < kSteps && !others.empty(); ++step) {
+  for (int step = 0; step < kReachSteps && !others.empty(); ++step) {
     std::vector<std::uint8_t> reached(others.size(), 0);
     parallelChunks(context, "", others.size(), 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
