@@ -9,13 +9,13 @@ whose places and normals are the same bits in both, and what `relume compare` sa
 """
 import json
 import pathlib
-import struct
 import subprocess
 import sys
 
 import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
+import bake_chunks
 import glb
 
 
@@ -29,15 +29,8 @@ def moved(level, node, by, output):
 
 
 def places(path, kind):
-    """Bits of place and normal of each surfel or cache (formats/bake_file.h)."""
-    data, arrays = path.read_bytes(), {}
-    for k in range(struct.unpack_from("<I", data, 20)[0]):
-        entry = 64 + 64 * k
-        name = data[entry:entry + 16].rstrip(b"\0").decode()
-        rows, columns = struct.unpack_from("<QQ", data, entry + 24)
-        begin, size = struct.unpack_from("<QQ", data, entry + 40)
-        if name in (f"{kind}.position", f"{kind}.normal"):
-            arrays[name] = numpy.frombuffer(data, numpy.uint32, size // 4, begin).reshape(rows, columns)
+    """Bits of place and normal of each surfel or cache."""
+    arrays = bake_chunks.read(path)
     return [row.tobytes() for row in numpy.hstack([arrays[f"{kind}.position"], arrays[f"{kind}.normal"]])]
 
 

@@ -11,7 +11,7 @@
 
 namespace relume {
 
-// What rays around a position hit, as shares of all rays, and the distance to the nearest hit.
+// What rays around a position hit, as shares of all rays, and how far away it is.
 struct Surroundings {
   float back = 0.0f;     // hit the back of a one-sided surface: geometry is seen from inside
   float ownBack = 0.0f;  // of these, one of the instance that was named

@@ -34,8 +34,8 @@ constexpr float kOffPlane = 3.0f;
 constexpr float kMaxReach = 1.6f;
 // [texel] How far away texels that no cache serves look for any cache in sight, before they read the grid.
 constexpr float kLastReach = 3.0f;
-// A cache keeps off spots that are so many times as close to what they see as its texel is in the middle: what stands
-// beside a texel's centre would light all of the texel. docs/notes/lightmap.md has what this gains.
+// A cache keeps off spots that are so many times as close to what they see as the median of its texel's spots: what
+// stands beside one of them would light all of the texel. docs/notes/lightmap.md has what this gains.
 constexpr float kMaxNearness = 1.5f;
 constexpr float kFreeNearness = 0.5f;  // [1/texel] of a spot that has nothing beside it, which is taken as it is
 // With a larger share of near hits, a cache lies in a gap into which nothing looks.
