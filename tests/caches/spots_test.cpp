@@ -112,5 +112,48 @@ TEST(CacheSpots, KeepOffWhatStandsBesideThem) {
   EXPECT_LE(close, 2);
 }
 
+// Lids that lie on the floor over the middles of texels, open below and two-sided: no back face tells that a cache is
+// under one. But nobody sees what is there.
+TEST(CacheSpots, KeepOutFromUnderLids) {
+  constexpr float kHalf = 0.14f, kTop = 0.1f;
+  const auto floorCaches = [](const Caches& caches) {
+    std::vector<glm::vec3> found;
+    for (std::uint32_t c = 0; c < caches.count(); ++c) {
+      const glm::vec3& p = caches.positionWorld[c];
+      if (caches.normal[c].y > 0.99f && p.y < 0.02f && std::abs(p.x) < 1.6f && std::abs(p.z) < 2.6f) found.push_back(p);
+    }
+    return found;
+  };
+  Placed bare{roomScene(), {}, {}, {}};
+  place(bare, fewCaches(600));
+  const std::vector<glm::vec3> middles = floorCaches(bare.caches);
+  ASSERT_GE(middles.size(), 40u);
+
+  Placed p{roomScene(), {}, {}, {}};
+  Mesh lids;
+  for (const glm::vec3& at : middles) {
+    const float x[] = {at.x - kHalf, at.x + kHalf}, z[] = {at.z - kHalf, at.z + kHalf};
+    addQuad(lids, {x[0], kTop, z[0]}, {x[0], kTop, z[1]}, {x[1], kTop, z[1]}, {x[1], kTop, z[0]});
+    addQuad(lids, {x[0], 0, z[0]}, {x[0], 0, z[1]}, {x[0], kTop, z[1]}, {x[0], kTop, z[0]});
+    addQuad(lids, {x[1], 0, z[0]}, {x[1], kTop, z[0]}, {x[1], kTop, z[1]}, {x[1], 0, z[1]});
+    addQuad(lids, {x[0], 0, z[0]}, {x[0], kTop, z[0]}, {x[1], kTop, z[0]}, {x[1], 0, z[0]});
+    addQuad(lids, {x[0], 0, z[1]}, {x[1], 0, z[1]}, {x[1], kTop, z[1]}, {x[0], kTop, z[1]});
+  }
+  p.scene.materials.emplace_back().doubleSided = true;
+  lids.material = 0;
+  addInstance(p.scene, std::move(lids), "lids");
+  p.scene.instances.back().mode = BakeMode::gridLit;
+  place(p, fewCaches(600));
+  const std::vector<glm::vec3> caches = floorCaches(p.caches);
+  ASSERT_GT(caches.size(), middles.size() / 2);
+  std::size_t under = 0;
+  for (const glm::vec3& cache : caches) {
+    under += std::any_of(middles.begin(), middles.end(), [&](const glm::vec3& at) {
+      return std::max(std::abs(at.x - cache.x), std::abs(at.z - cache.z)) < kHalf;
+    });
+  }
+  EXPECT_LE(under, caches.size() / 20) << "of " << caches.size();
+}
+
 }  // namespace
 }  // namespace relume

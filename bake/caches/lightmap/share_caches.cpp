@@ -38,6 +38,11 @@ constexpr float kLastReach = 3.0f;
 // stands beside one of them would light all of the texel. docs/notes/lightmap.md has what this gains.
 constexpr float kMaxNearness = 1.5f;
 constexpr float kFreeNearness = 0.5f;  // [1/texel] of a spot that has nothing beside it, which is taken as it is
+// Spots that are not looked at have no say in that: those from which fewer rays than this share of the most open spot's
+// end on what the play space sees, or nowhere (a wall inside a rib that is laid on it), and then those so close to what
+// they see (a wall behind a crate).
+constexpr float kMinOpenShare = 0.75f;
+constexpr float kCoveredNearness = 10.0f;  // [1/texel]
 // With a larger share of near hits, a cache lies in a gap into which nothing looks.
 constexpr float kMaxNearShare = 0.9f;
 // Caches on surfaces may see this many times the share of back faces that caches of the grid may. They may see any
@@ -230,17 +235,24 @@ class Sharer {
   struct ProbedSpot {
     std::uint32_t point = 0;  // of the texel's
     SurfaceSpot spot;
-    float back = 0.0f, nearness = 0.0f;
+    float back = 0.0f, open = 0.0f, nearness = 0.0f;  // of its Surroundings
   };
 
   // Of spots from which few rays meet back faces, the first that is not much closer to something than most of them are.
-  static const ProbedSpot& chooseOpen(const std::vector<ProbedSpot>& open) {
-    std::vector<float> nearness;
-    for (const ProbedSpot& each : open) nearness.push_back(each.nearness);
-    const auto middle = nearness.begin() + static_cast<std::ptrdiff_t>(nearness.size() / 2);
+  static const ProbedSpot& chooseOpen(const std::vector<ProbedSpot>& spots, float texelSize) {
+    float mostOpen = 0.0f;
+    for (const ProbedSpot& each : spots) mostOpen = std::max(mostOpen, each.open);
+    const auto isLookedAt = [&](const ProbedSpot& each) { return each.open >= kMinOpenShare * mostOpen; };
+    std::vector<float> nearness, covered;
+    for (const ProbedSpot& each : spots)
+      if (isLookedAt(each))
+        (each.nearness * texelSize < kCoveredNearness ? nearness : covered).push_back(each.nearness);
+    if (nearness.empty()) nearness.swap(covered);
+    const auto middle = nearness.begin() + static_cast<std::ptrdiff_t>((nearness.size() - 1) / 2);
     std::nth_element(nearness.begin(), middle, nearness.end());
-    return *std::find_if(open.begin(), open.end(),
-                         [&](const ProbedSpot& each) { return each.nearness <= kMaxNearness * *middle; });
+    return *std::find_if(spots.begin(), spots.end(), [&](const ProbedSpot& each) {
+      return isLookedAt(each) && each.nearness <= kMaxNearness * *middle;
+    });
   }
 
   // Choose a spot of a texel: among those from which few rays meet back faces, or otherwise the one from which the
@@ -260,13 +272,13 @@ class Sharer {
       const bool outside = around.back <= tolerance && around.back + around.near <= kMaxNearShare;
       const bool gap = around.ownBack == 0.0f && around.seen >= kMinSeenInGap;
       if (!outside && !gap) continue;
-      const ProbedSpot probed{k, spot, around.back, around.nearness};
+      const ProbedSpot probed{k, spot, around.back, around.open, around.nearness};
       if (around.back <= options_.maxBackFaceShare) open.push_back(probed);
       if (around.back < least.back) least = probed;
       if (!open.empty() && open[0].nearness * size <= kFreeNearness) break;
     }
     if (!std::isfinite(least.back)) return 0;
-    const ProbedSpot& chosen = open.empty() ? least : chooseOpen(open);
+    const ProbedSpot& chosen = open.empty() ? least : chooseOpen(open, size);
     spots_.spot[texel] = chosen.spot;
     return chosen.point == 0 ? 1 : 2;
   }
