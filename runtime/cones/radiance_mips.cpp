@@ -53,13 +53,14 @@ glm::vec3 axisOf(std::uint32_t direction) {
 
 // What a ray of a direction sees of an occupied voxel; with one direction for all, the mean of its sides by their
 // areas.
-glm::vec4 ofVoxel(const VoxelVolume& volume, const glm::ivec3& voxel, const glm::vec3& direction, bool sides) {
+glm::vec4 ofVoxel(const VoxelVolume& volume, std::span<const float> areas, const glm::ivec3& voxel,
+                  const glm::vec3& direction, bool sides) {
   const std::uint32_t side = volume.sideAt(voxel, direction);
   if (side == kNoSide) return {0.0f, 0.0f, 0.0f, kSolidDepth};
   const VoxelRadiance& r = volume.radiance()[side / 2];
   const float depth = depthOfWall(std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2])}));
   if (sides) return {depth * r.of(side), depth};
-  const float a = volume.side(side & ~1u).area(), b = volume.side(side | 1u).area();
+  const float a = areas[side & ~1u], b = areas[side | 1u];
   return {depth * glm::mix(r.back(), r.front(), a + b > 0.0f ? a / (a + b) : 0.5f), depth};
 }
 
@@ -74,7 +75,7 @@ glm::vec4 ofVoxelAlong(const VoxelVolume& volume, const glm::ivec3& voxel, std::
               depth = depthOfWall(std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2])})) *
                       std::max(cosine, kEdgeOn);
   const auto of = [&r](std::uint32_t s) { return r.of(s); };
-  const bool isBack = volume.side(side).area() == 0.0f && volume.side(side ^ 1u).area() > 0.0f;
+  const bool isBack = volume.meetsBack(voxel, axisOf(direction));
   return {depth * glm::mix(of(isBack ? side ^ 1u : side), of(side), cosine), depth};
 }
 
@@ -83,8 +84,9 @@ glm::vec4 ofVoxelAlong(const VoxelVolume& volume, const glm::ivec3& voxel, std::
 bool isBehind(const VoxelVolume& volume, const glm::ivec3& voxel, const glm::vec3& direction, const glm::vec3& place) {
   const std::uint32_t side = volume.sideAt(voxel, direction);
   if (side == kNoSide) return false;
-  const auto before = [&](std::uint32_t s) { return glm::dot(place - volume.placeOfSide(s), volume.side(s).normal()); };
-  return before(side) < before(side ^ 1u);
+  const std::array<SideAt, 2> both = volume.sidesAt(voxel);
+  const auto before = [&](const SideAt& at) { return glm::dot(place - at.place(), at.side.normal); };
+  return before(both[side % 2]) < before(both[1 - side % 2]);
 }
 
 // The 2 x 2 x 2 parts of a voxel, seen along one of six directions: the mean of four columns.
@@ -166,6 +168,7 @@ Status RadianceMips::update(const VoxelVolume& volume) {
     std::vector<glm::ivec3> sizes;
     for (glm::ivec3 size = volume.grid().voxels(); std::max({size.x, size.y, size.z}) > 1;)
       sizes.push_back(size = (size + 1) / 2);
+    areas_ = per > 1 ? std::vector<float>() : volume.areas();
     levels_.resize(sizes.size());
     for (std::size_t l = 0; l < sizes.size(); ++l) {
       levels_[l].size = sizes[l];
@@ -198,7 +201,7 @@ Status RadianceMips::update(const VoxelVolume& volume) {
                 const Level& below = levels_[l - 1];
                 if (isInside(below.size, child)) p = below.voxel[indexIn(below.size, child) * per + d];
               } else if (volume.bits()[grid.cellOf(child)] >> brickBit(child) & 1u) {
-                p = per > 1 ? ofVoxelAlong(volume, child, d) : ofVoxel(volume, child, axisOf(d), false);
+                p = per > 1 ? ofVoxelAlong(volume, child, d) : ofVoxel(volume, areas_, child, axisOf(d), false);
               }
               empty = empty && p.w == 0.0f;
             }
@@ -232,7 +235,7 @@ glm::vec4 RadianceMips::readVoxels(const VoxelVolume& volume, const glm::vec3& p
     if (!within && !grid.holds(v)) continue;
     if ((volume.bits()[grid.cellOf(v)] >> brickBit(v) & 1u) == 0) continue;
     if (before != nullptr && isBehind(volume, v, direction, *before)) continue;
-    sum += corners.weight(i) * ofVoxel(volume, v, direction, perVoxel() > 1);
+    sum += corners.weight(i) * ofVoxel(volume, areas_, v, direction, perVoxel() > 1);
   }
   return sum;
 }
@@ -298,7 +301,7 @@ ConeLight RadianceMips::trace(const VoxelVolume& volume, const Cone& cone) const
 }
 
 std::size_t RadianceMips::sizeBytes() const {
-  std::size_t bytes = 0;
+  std::size_t bytes = areas_.size() * sizeof(float);
   for (const Level& level : levels_) bytes += level.voxel.size() * sizeof(glm::vec4);
   return bytes;
 }

@@ -90,6 +90,7 @@ class RadianceMips {
                    const View& view, const glm::vec3* before) const;
 
   Directions directions_;
+  std::vector<float> areas_;  // of sides, where one direction stands for all
   std::vector<Level> levels_;
   double ms_ = 0.0;
 };

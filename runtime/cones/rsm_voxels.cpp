@@ -56,25 +56,27 @@ std::uint32_t sideFacing(const VoxelVolume& volume, std::uint32_t voxel, const g
 glm::ivec3 inBytes(const glm::vec3& normal) { return glm::ivec3(glm::floor(127.0f * normal + 0.5f)); }
 
 // [m²] Of a side that no triangle faces, that of the backs of those that face the other one.
-float areaOf(const VoxelVolume& volume, std::uint32_t side) {
-  const float own = volume.side(side).area();
-  return own > 0.0f ? own : volume.side(side ^ 1u).area();
+float areaOf(std::span<const float> areas, std::uint32_t side) {
+  return areas[side] > 0.0f ? areas[side] : areas[side ^ 1u];
 }
 
 // The neighbour's side that a side with little area goes to, or that itself where there is none.
-std::uint32_t targetOf(const VoxelVolume& volume, std::uint32_t side, float face) {
-  const glm::vec3 from = volume.side(side).normal();
+std::uint32_t targetOf(const VoxelVolume& volume, std::span<const float> areas, const SideAt& at, float face) {
+  const std::uint32_t side = at.index;
+  const glm::vec3& from = at.side.normal;
   const glm::ivec3 normal = inBytes(from);
   std::uint32_t best = side;
   float most = 0.0f;
   for (int i = 0; i < 27; ++i) {
     const glm::ivec3 step(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
     if (i == 13) continue;
-    const std::uint32_t voxel = voxelAt(volume, volume.voxelOfSide(side) + step);
+    const std::uint32_t voxel = voxelAt(volume, at.voxel + step);
     if (voxel == kNoVoxel) continue;
     const std::uint32_t other = sideFacing(volume, voxel, normal);
-    const float area = areaOf(volume, other), cosine = glm::dot(volume.side(other).normal(), from);
-    if (area < kLittle * face || cosine < kSameWay) continue;
+    const float area = areaOf(areas, other);
+    if (area < kLittle * face) continue;
+    const float cosine = glm::dot(volume.side(other).normal, from);
+    if (cosine < kSameWay) continue;
     // The nearest, then the one with most area
     const float worth = cosine * std::min(area, face) / static_cast<float>(glm::dot(glm::vec3(step), glm::vec3(step)));
     if (worth > most) {
@@ -158,15 +160,19 @@ RsmTargets findRsmTargets(const VoxelVolume& volume) {
   const float face = volume.grid().voxel * volume.grid().voxel;
   targets.side.resize(sides);
   targets.perFlux.assign(sides, 0.0f);
-  const auto isRead = [&](std::uint32_t s) { return voxelAt(volume, volume.voxelOfSide(s)) == s / 2; };
+  const std::vector<float> areas = volume.areas();
+  std::vector<std::uint8_t> isRead(sides, 0);
   forChunks(volume.parallelFor(), sides, kRsmSides, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t s = begin; s < end; ++s)
-      targets.side[s] = isRead(s) && areaOf(volume, s) < kLittle * face ? targetOf(volume, s, face) : s;
+    volume.forSides(begin, end, [&](const SideAt& at) {
+      const std::uint32_t s = at.index;
+      isRead[s] = voxelAt(volume, at.voxel) == s / 2 ? 1 : 0;
+      targets.side[s] = isRead[s] != 0 && areaOf(areas, s) < kLittle * face ? targetOf(volume, areas, at, face) : s;
+    });
   });
   std::vector<double> area(sides, 0.0);
-  for (std::uint32_t s = 0; s < sides; ++s) area[targets.side[s]] += static_cast<double>(areaOf(volume, s));
+  for (std::uint32_t s = 0; s < sides; ++s) area[targets.side[s]] += static_cast<double>(areaOf(areas, s));
   for (std::uint32_t s = 0; s < sides; ++s) {
-    if (!isRead(s)) continue;
+    if (isRead[s] == 0) continue;
     const double spread = std::max(area[targets.side[s]], static_cast<double>(kLeastArea * face));
     targets.perFlux[s] = static_cast<float>(std::min(std::numbers::inv_pi / spread, kMostPerFlux));
   }

@@ -73,12 +73,11 @@ Result<SurfelVoxels> SurfelVoxels::create(const VoxelVolume& volume, const Bake&
       if (counts(placed[s])) lit.sender_[next[placed[s].side]++] = {bake.hierarchy.leafNode[s], placed[s].weight};
     }
     std::uint32_t with = 0, all = 0;
-    for (std::uint32_t s = 0; s < sides; ++s) {
-      if (volume.side(s).area() > 0.0f) {
-        ++all;
-        if (lit.first_[s + 1] > lit.first_[s]) ++with;
-      }
-    }
+    volume.forSides(0, sides, [&](const SideAt& at) {
+      if (!at.side.isFaced) return;
+      ++all;
+      if (lit.first_[at.index + 1] > lit.first_[at.index]) ++with;
+    });
     lit.covered_ = all > 0 ? static_cast<float>(with) / static_cast<float>(all) : 0.0f;
     lit.standingVersion_ = volume.standingVersion();
     return lit;
@@ -99,9 +98,9 @@ Status SurfelVoxels::light(VoxelVolume& volume, const Relighter& relighter, cons
     // What the grid has at sides without surfels. With OpenGL the first look-up reads the caches back: by this thread.
     static_cast<void>(relighter.irradianceInGrid(glm::vec3(0.0f), glm::vec3(0.0f, 1.0f, 0.0f)));
     const auto hasSurfels = [&](std::uint32_t s) { return s < volume.standingSides() && first_[s + 1] > first_[s]; };
-    const auto bounced = [&](std::uint32_t s) {
-      if (hasSurfels(s)) return glm::vec3(0.0f);
-      return relighter.irradianceInGrid(volume.positionOfSide(s), volume.side(s).normal());
+    const auto bounced = [&](const SideAt& at) {
+      if (hasSurfels(at.index)) return glm::vec3(0.0f);
+      return relighter.irradianceInGrid(volume.positionOf(at), at.side.normal);
     };
     volume.reflect(bounced, emissionScale);
     // The mean of the surfels, which are all of one size, by how squarely they face the side

@@ -39,14 +39,14 @@ void addContent(const VoxelLayer& layer, const ParallelFor& parallelFor, std::sp
                 Digest digest;
                 digest.add(content[c]);
                 digest.add(layer.bits[c]);
-                const auto count = static_cast<std::uint32_t>(std::popcount(layer.bits[c]));
-                for (std::uint32_t v = layer.first[c]; v < std::min(layer.first[c] + count, layer.kept); ++v) {
+                const std::uint32_t count = layer.keptOf(c);
+                CellSides sides(layer.sides, c, count);
+                for (std::uint32_t v = layer.first[c]; v < layer.first[c] + count; ++v) {
                   digest.add(glm::vec3(layer.axis[v]));
-                  for (std::size_t s = 0; s < 2; ++s) {
-                    const VoxelSide& side = layer.side[2 * std::size_t{v} + s];
-                    digest.add(side.place());
-                    digest.add(side.normal());
-                    digest.add(side.area() == 0.0f ? 0 : 1);
+                  for (const VoxelSide& side : sides.next()) {
+                    digest.add(side.place);
+                    digest.add(side.normal);
+                    digest.add(side.isFaced ? 1 : 0);
                   }
                 }
                 content[c] = digest.sum();

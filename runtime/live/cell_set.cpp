@@ -40,8 +40,7 @@ std::uint32_t backsSeen(const VoxelVolume& volume, const glm::vec3& position) {
     const glm::vec3 direction = spherePoint(i, kProbes);
     const MarchHit hit = VoxelMarch(volume.grid(), bits, position, direction).first(far);
     if (!hit.found) continue;
-    const std::uint32_t side = volume.sideAt(hit.voxel, direction);
-    if (side != kNoSide && volume.side(side).area() == 0.0f) ++backs;
+    if (volume.meetsBack(hit.voxel, direction)) ++backs;
   }
   return backs;
 }
@@ -74,16 +73,16 @@ bool placeCache(const VoxelVolume& volume, std::uint32_t cell, const std::array<
 void copyPlanes(const VoxelLayer& layer, CellSet& cells) {
   cells.first = layer.first;
   cells.plane.resize(layer.kept);
-  for (std::uint32_t i = 0; i < layer.kept; ++i) {
-    const glm::i8vec3& axis = layer.axis[i];
-    const auto along = [&](const VoxelSide& side) {
-      return glm::dot(side.place(), glm::vec3(axis) / 127.0f) * static_cast<float>(kVoxelSteps);
-    };
-    const VoxelSide &front = layer.side[2 * std::size_t{i}], &back = layer.side[2 * std::size_t{i} + 1];
-    const auto place =
-        static_cast<std::int8_t>(std::clamp(std::lrint(0.5f * (along(front) + along(back))), -127l, 127l));
-    cells.plane[i] = {axis.x, axis.y, axis.z, place};
-  }
+  forVoxels<CellSides>(layer, cells.grid, 0, layer.kept,
+                       [&](std::uint32_t i, const glm::ivec3& /*voxel*/, const std::array<VoxelSide, 2>& sides) {
+                         const glm::i8vec3& axis = layer.axis[i];
+                         const auto along = [&](const VoxelSide& side) {
+                           return glm::dot(side.place, glm::vec3(axis) / 127.0f) * static_cast<float>(kVoxelSteps);
+                         };
+                         const auto place = static_cast<std::int8_t>(
+                             std::clamp(std::lrint(0.5f * (along(sides[0]) + along(sides[1]))), -127l, 127l));
+                         cells.plane[i] = {axis.x, axis.y, axis.z, place};
+                       });
 }
 
 // Out of the voxel of another surface, to the side of its plane on which the place is; three times at most.

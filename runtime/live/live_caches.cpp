@@ -106,8 +106,7 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
     }
   }
   // What sides see is found again, but for those of standing voxels far from what has changed.
-  const auto kept = [&](std::uint32_t s, SeenCaches& seen) {
-    const glm::ivec3 voxel = volume.voxelOfSide(s);
+  const auto kept = [&](std::uint32_t s, const glm::ivec3& voxel, SeenCaches& seen) {
     const glm::ivec3 cell = voxel >> 2;
     if (!found.changes.seesTheSame(cells.grid, cell, kStencilReach)) return false;
     const std::uint32_t old = cells_.grid.cellIndex(cell + found.changes.by);
@@ -118,11 +117,11 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
   };
   std::vector<SeenCaches> standing(volume.standingSides()), moving(volume.sideCount() - volume.standingSides());
   forChunks(volume.parallelFor(), volume.sideCount(), kSidesAtOnce, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t s = begin; s < end; ++s) {
-      SeenCaches& seen = s < standing.size() ? standing[s] : moving[s - standing.size()];
-      if (s < standing.size() && kept(s, seen)) continue;
-      seen = seenCaches(cells, volume.placeOfSide(s), volume.side(s).normal());
-    }
+    volume.forSides(begin, end, [&](const SideAt& at) {
+      SeenCaches& seen = at.index < standing.size() ? standing[at.index] : moving[at.index - standing.size()];
+      if (at.index < standing.size() && kept(at.index, at.voxel, seen)) return;
+      seen = seenCaches(cells, at.place(), at.side.normal);
+    });
   });
   cells_ = std::move(cells);
   coefficients_ = std::move(coefficients);
@@ -177,11 +176,11 @@ Status LiveCaches::reflect(VoxelVolume& volume, const LiveFrame& frame, const Li
     if (!frame.freezeVoxels) {
       VoxelVolume::SideIrradiance bounced;
       if (frame.bounceScale > 0.0f)
-        bounced = [&](std::uint32_t s) {
-          const SeenCaches seen = s < standing_.size() ? standing_[s] : moving_[s - standing_.size()];
-          const glm::vec3 normal = volume.side(s).normal();
-          const CellStencil stencil = stencilOf(cells_, volume.placeOfSide(s), normal, seen);
-          return frame.bounceScale * readStencil(stencil, coefficients_, brightest_, normal);
+        bounced = [&](const SideAt& at) {
+          const SeenCaches seen =
+              at.index < standing_.size() ? standing_[at.index] : moving_[at.index - standing_.size()];
+          const CellStencil stencil = stencilOf(cells_, at.place(), at.side.normal, seen);
+          return frame.bounceScale * readStencil(stencil, coefficients_, brightest_, at.side.normal);
         };
       volume.reflect(bounced, frame.emissionScale);
     }

@@ -72,11 +72,11 @@ void scaleCell(const RsmFrame& frame, const VolumeGrid& grid, std::uint32_t cell
 
 float averageAlbedoOf(const VoxelVolume& volume) {
   double sum = 0.0, area = 0.0;
-  for (std::uint32_t s = 0; s < volume.sideCount(); ++s) {
-    const VoxelSide& side = volume.side(s);
-    sum += static_cast<double>(side.area()) * rgbToYCoCg(side.albedo()).x;
-    area += side.area();
-  }
+  const std::vector<float> areas = volume.areas();
+  volume.forSides(0, volume.sideCount(), [&](const SideAt& at) {
+    sum += static_cast<double>(areas[at.index]) * rgbToYCoCg(at.side.albedo).x;
+    area += areas[at.index];
+  });
   return area > 0.0 ? static_cast<float>(sum / area) : 0.0f;
 }
 

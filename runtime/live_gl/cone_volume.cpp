@@ -43,6 +43,7 @@ void ConeVolume::findVoxels(const VoxelVolume& volume) {
     cellTexels_[c] = {static_cast<std::uint32_t>(bits[c]), static_cast<std::uint32_t>(bits[c] >> 32), count, 0};
     count += static_cast<std::uint32_t>(std::popcount(bits[c]));
   }
+  const std::vector<float> areas = volume.areas();
   source_.assign(count, ConeSource{kNoSource, 0.5f});
   sideTexels_.assign(kConeSideTexels * std::size_t{count}, glm::vec4(0.0f));
   forChunks(volume.parallelFor(), static_cast<std::uint32_t>(cellTexels_.size()), kCells,
@@ -55,14 +56,14 @@ void ConeVolume::findVoxels(const VoxelVolume& volume) {
                   const std::uint32_t number = (moves ? moving : standing).numberOf(grid_, v);
                   if (number >= (moves ? moving : standing).kept) continue;
                   const std::uint32_t voxel = moves ? standing.kept + number : number;
-                  const VoxelSide &front = volume.side(2 * voxel), &back = volume.side(2 * voxel + 1);
-                  const float area = front.area() + back.area();
-                  source_[i] = {voxel, area > 0.0f ? front.area() / area : 0.5f};
+                  const SideAt front = volume.sideOf(2 * voxel), back = volume.sideOf(2 * voxel + 1);
+                  const float area = areas[2 * voxel] + areas[2 * voxel + 1];
+                  source_[i] = {voxel, area > 0.0f ? areas[2 * voxel] / area : 0.5f};
                   glm::vec4* const to = &sideTexels_[kConeSideTexels * std::size_t{i}];
-                  to[0] = glm::vec4(volume.placeOfSide(2 * voxel), source_[i].front);
-                  to[1] = glm::vec4(front.normal(), 0.0f);
-                  to[2] = glm::vec4(volume.placeOfSide(2 * voxel + 1), 0.0f);
-                  to[3] = glm::vec4(back.normal(), 0.0f);
+                  to[0] = glm::vec4(front.place(), source_[i].front);
+                  to[1] = glm::vec4(front.side.normal, 0.0f);
+                  to[2] = glm::vec4(back.place(), 0.0f);
+                  to[3] = glm::vec4(back.side.normal, 0.0f);
                 }
               }
             });

@@ -22,24 +22,30 @@ struct PackedLayer {
   std::vector<glm::uvec2> voxels;                  // a voxel
   std::vector<std::array<glm::uvec2, 4>> samples;  // a side
 
-  explicit PackedLayer(const VoxelLayer& layer) {
-    sides.reserve(3 * layer.side.size());
-    samples.reserve(layer.side.size());
-    auto emits = layer.emission.begin();
-    for (std::uint32_t s = 0; s < layer.side.size(); ++s) {
-      const VoxelSide& side = layer.side[s];
-      const bool isEmitter = emits != layer.emission.end() && emits->side == s;
-      const glm::vec3 albedo = side.albedo(), emission = isEmitter ? (emits++)->emission : glm::vec3(0.0f);
-      sides.emplace_back(glm::vec3(layer.voxel[s / 2]) + 0.5f + side.place(), albedo.x);
-      sides.emplace_back(side.normal(), albedo.y);
-      sides.emplace_back(emission, albedo.z);
-      std::array<glm::uvec2, 4>& to = samples.emplace_back();
-      const VoxelSide::Samples found = side.samples();
-      for (std::size_t k = 0; k < 4; ++k) to[k] = packSample(found[k]);
-    }
+  PackedLayer(const VoxelLayer& layer, const VolumeGrid& grid) {
+    sides.reserve(3 * std::size_t{layer.sideCount()});
+    samples.reserve(layer.sideCount());
     voxels.reserve(layer.kept);
-    for (std::uint32_t v = 0; v < layer.kept; ++v)
-      voxels.emplace_back(packAxis(glm::ivec3(layer.axis[v])), packVoxel(glm::ivec3(layer.voxel[v])));
+    auto emits = layer.emission.begin();
+    forVoxels<CellSides>(layer, grid, 0, layer.kept,
+                         [&](std::uint32_t v, const glm::ivec3& voxel, const std::array<VoxelSide, 2>& both) {
+                           voxels.emplace_back(packAxis(glm::ivec3(layer.axis[v])), packVoxel(voxel));
+                           for (std::uint32_t s = 0; s < 2; ++s) {
+                             const VoxelSide& side = both[s];
+                             const bool isEmitter = emits != layer.emission.end() && emits->side == 2 * v + s;
+                             const glm::vec3 emission = isEmitter ? (emits++)->emission : glm::vec3(0.0f);
+                             sides.emplace_back(glm::vec3(voxel) + 0.5f + side.place, side.albedo.x);
+                             sides.emplace_back(side.normal, side.albedo.y);
+                             sides.emplace_back(emission, side.albedo.z);
+                           }
+                         });
+    forVoxels<CellSurfaces>(layer, grid, 0, layer.kept,
+                            [&](std::uint32_t, const glm::ivec3&, const std::array<SideSurface, 2>& both) {
+                              for (const SideSurface& side : both) {
+                                std::array<glm::uvec2, 4>& to = samples.emplace_back();
+                                for (std::size_t k = 0; k < 4; ++k) to[k] = packSample(side.samples[k]);
+                              }
+                            });
   }
 
   static glm::uvec2 packSample(const SideSample& sample) {
@@ -96,7 +102,7 @@ void LitSides::follow(const VoxelVolume& volume, std::uint32_t firstRow) {
   for (const auto& [buffer, bytes] : buffers) grown = buffer->reserve(bytes * all) || grown;
   radiance_->reserve(firstRow + rowsOfSides(all));
   const auto write = [&](const VoxelLayer& layer, std::size_t first) {
-    const PackedLayer packed(layer);
+    const PackedLayer packed(layer, grid_);
     sides_.write(48 * first, bytesOf(packed.sides));
     samples_.write(32 * first, bytesOf(packed.samples));
     voxels_.write(4 * first, bytesOf(packed.voxels));

@@ -149,7 +149,7 @@ void VoxelVolume::join(SideLight light) noexcept {
 VoxelVolume::SideLight VoxelVolume::sideLight(const VoxelLayer& standing, const VoxelLayer& moving,
                                               std::size_t kept) const {
   SideLight light;
-  const std::size_t sides = standing.side.size() + moving.side.size(), same = std::min({kept, direct_.size(), sides});
+  const std::size_t sides = standing.sideCount() + moving.sideCount(), same = std::min({kept, direct_.size(), sides});
   light.direct.assign(direct_.begin(), direct_.begin() + static_cast<std::ptrdiff_t>(same));
   light.radiance.assign(radiance_.begin(), radiance_.begin() + static_cast<std::ptrdiff_t>(same / 2));
   light.direct.resize(sides);

@@ -33,9 +33,22 @@ class PackedBits {
     std::memcpy(&word, bytes_.data() + place / 8, sizeof(word));
     return word >> place % 8 & ((std::uint64_t{1} << width) - 1);
   }
-  void alignToByte() { size_ = (size_ + 7) / 8 * 8; }
+  void alignToByte() {
+    size_ = (size_ + 7) / 8 * 8;
+    bytes_.resize(size_ / 8 + sizeof(std::uint64_t), 0);
+  }
+  // Others' from a byte on. [size(), begin: whole bytes]
+  void addBytes(const PackedBits& from, std::size_t begin, std::size_t end) {
+    if (begin == end) return;
+    bytes_.resize(size_ / 8);
+    bytes_.insert(bytes_.end(), from.bytes_.begin() + static_cast<std::ptrdiff_t>(begin / 8),
+                  from.bytes_.begin() + static_cast<std::ptrdiff_t>((end + 7) / 8));
+    size_ += end - begin;
+    bytes_.resize(size_ / 8 + sizeof(std::uint64_t), 0);
+  }
   void shrinkToFit() { bytes_.shrink_to_fit(); }
   std::size_t bytes() const { return bytes_.size(); }
+  bool operator==(const PackedBits&) const = default;
 
  private:
   std::vector<std::uint8_t> bytes_;  // and seven more at least, for the last number
@@ -45,16 +58,16 @@ class PackedBits {
 // Reads numbers one after the other.
 class PackedBitsReader {
  public:
-  PackedBitsReader(const PackedBits& bits, std::size_t place) : bits_(bits), at_(place) {}
+  PackedBitsReader(const PackedBits& bits, std::size_t place) : bits_(&bits), at_(place) {}
   std::uint64_t next(std::uint32_t width) {
-    const std::uint64_t value = bits_.at(at_, width);
+    const std::uint64_t value = bits_->at(at_, width);
     at_ += width;
     return value;
   }
   std::size_t place() const { return at_; }  // of the next number
 
  private:
-  const PackedBits& bits_;
+  const PackedBits* bits_;
   std::size_t at_;
 };
 

@@ -20,13 +20,9 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kTriangles = 512, kVoxels = 1024;  // of a chunk
-constexpr std::uint32_t kBatch = 1u << 22;                 // triangles whose pairs are held at once
+constexpr std::uint32_t kTriangles = 512, kVoxels = 1024, kCells = 64;  // of a chunk
+constexpr std::uint32_t kBatch = 1u << 22;                              // triangles whose pairs are held at once
 constexpr double kEmissionSteps = 0x1p+20;
-static_assert(kBrickSide * static_cast<int>(kMaxCells) <= 256, "VoxelLayer::voxel");
-
-// Four places in a voxel, [1/64 voxel] from its middle: on any plane across it one in each quarter.
-const std::array<glm::ivec3, 4> kSubCentres{{{16, 16, 16}, {16, -16, -16}, {-16, 16, -16}, {-16, -16, 16}}};
 
 // Of n n^T over the voxel's triangles: xx, yy, zz, xy, yz, zx.
 using Moment = std::array<std::int64_t, 6>;
@@ -43,6 +39,13 @@ struct SideSums {
 };
 
 glm::ivec3 normalOf(const SnappedTriangle& t) { return {t.normal[0], t.normal[1], t.normal[2]}; }
+
+glm::ivec3 subCentre(std::size_t i) { return {kSubCentres[i][0], kSubCentres[i][1], kSubCentres[i][2]}; }
+
+// [1/64 voxel from the voxel's centre]
+glm::ivec3 cornerIn(const SnappedTriangle& t, const glm::ivec3& v) {
+  return glm::ivec3(t.corner[0][0], t.corner[0][1], t.corner[0][2]) - (v * kVoxelSteps + kVoxelSteps / 2);
+}
 
 // The place of the triangle nearest to one in the voxel, about: that moved onto its plane, within its bounds and the
 // voxel's. Both [1/64 voxel from the voxel's centre]
@@ -131,7 +134,7 @@ void addSides(const SnappedTriangle& t, std::uint32_t triangle, const SummedSurf
     if (isAcross) addEmission(other, *emits, seen, emissionUnit);
   }
   for (std::size_t i = 0; i < 4; ++i) {
-    const glm::ivec3 off = placeIn(t, v, kSubCentres[i]) - kSubCentres[i];
+    const glm::ivec3 wanted = subCentre(i), off = placeIn(t, v, wanted) - wanted;
     s.nearest[i] = std::min(s.nearest[i],
                             std::int64_t{off.x * off.x + off.y * off.y + off.z * off.z} << 32 | std::int64_t{triangle});
   }
@@ -140,26 +143,21 @@ void addSides(const SnappedTriangle& t, std::uint32_t triangle, const SummedSurf
   s.innermost = std::min(s.innermost, along);
 }
 
-// The places at which direct light is found, each once.
-VoxelSide::Samples samplesOf(std::span<const SnappedTriangle> triangles, const glm::ivec3& voxel, const SideSums& sums,
-                             bool isBack) {
-  VoxelSide::Samples samples;
-  std::size_t used = 0;
+// The places at which direct light is found.
+std::array<SubPlace, 4> subPlacesOf(std::span<const SnappedTriangle> triangles, const glm::ivec3& voxel,
+                                    const SideSums& sums) {
+  std::array<SubPlace, 4> places;
   for (std::size_t i = 0; i < 4; ++i) {
     const SnappedTriangle& t = triangles[static_cast<std::size_t>(sums.nearest[i] & 0xFFFFFFFF)];
-    const glm::ivec3 place = placeIn(t, voxel, kSubCentres[i]), normal = isBack ? -normalOf(t) : normalOf(t);
-    std::size_t same = 0;
-    while (same < used && !(samples[same].place() == place && samples[same].normal() == normal)) ++same;
-    samples[same] = SideSample(place, normal, same < used ? samples[same].count() + 1 : 1);
-    used = std::max(used, same + 1);
+    const glm::ivec3 n = normalOf(t), corner = cornerIn(t, voxel);
+    places[i] = {placeIn(t, voxel, subCentre(i)), n, n.x * corner.x + n.y * corner.y + n.z * corner.z};
   }
-  return samples;
+  return places;
 }
 
 // The sums as numbers. `own`: of triangles that face this side, `other`: of those that face the opposite one. emission:
 // what it emits. [W/m²/sr]
-VoxelSide finish(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const glm::ivec3& voxel,
-                 const glm::vec3& axis, const SideSums& own, const SideSums& other, bool front, double emissionUnit,
+VoxelSide finish(const glm::vec3& axis, const SideSums& own, const SideSums& other, bool front, double emissionUnit,
                  glm::vec3& emission) {
   const bool isBack = own.weight == 0;
   const SideSums& s = isBack ? other : own;
@@ -181,17 +179,17 @@ VoxelSide finish(const VolumeGrid& grid, std::span<const SnappedTriangle> triang
     const double all = s.within > 0 ? std::max(0.8 * emitting, walls) : emitting;
     emission = glm::vec3(toDouble(isBack ? s.backEmission : s.emission) * (emissionUnit / all));
   }
-  float area = 0.0f;
-  if (!isBack) {
-    const double step = double{grid.voxel} / kVoxelSteps;
-    area = static_cast<float>(static_cast<double>(s.area) / 32.0 * step * step);
-  }
   // From the mean out to the outermost place, and a little farther: places are rounded.
   glm::dvec3 place = toDouble(s.position) / weight;
   const double reach = static_cast<double>(front ? s.outermost : -s.innermost) / 127.0;
   place += outward * (std::max(reach - glm::dot(place, outward), 0.0));
   place += glm::dvec3(normal) * (kVoxelSteps / 16.0);
-  return {glm::vec3(place / double{kVoxelSteps}), normal, albedo, area, samplesOf(triangles, voxel, s, isBack)};
+  return {glm::vec3(place / double{kVoxelSteps}), normal, albedo, !isBack};
+}
+
+float areaOf(const VolumeGrid& grid, const SideSums& sums) {  // [m²]
+  const double step = double{grid.voxel} / kVoxelSteps;
+  return static_cast<float>(static_cast<double>(sums.area) / 32.0 * step * step);
 }
 
 // Number the occupied voxels of a layer's bits; none has sides as yet.
@@ -204,16 +202,13 @@ void number(VoxelLayer& layer) {
   }
   layer.kept = 0;
   layer.axis.clear();
-  layer.voxel.clear();
-  layer.side.clear();
+  layer.sides = PackedSides();
   layer.emission.clear();
 }
 
 void makeRoom(VoxelLayer& layer, std::uint32_t kept) {
   layer.kept = kept;
   layer.axis.resize(kept);
-  layer.voxel.resize(kept);
-  layer.side.resize(2 * std::size_t{kept});
 }
 
 }  // namespace
@@ -249,19 +244,20 @@ VoxelLayer moveLayer(const VoxelLayer& layer, const VolumeGrid& to, const glm::i
   }
   number(moved);
   makeRoom(moved, moved.occupied);
+  moved.sides = PackedSides(to.voxel * to.voxel);
   for (std::uint32_t c = 0; c < moved.bits.size(); ++c) {
-    const auto count = static_cast<std::uint32_t>(std::popcount(moved.bits[c]));
-    if (count == 0) continue;
-    const std::uint32_t at = moved.first[c], from = layer.first[to.cellIndex(to.cellAt(c) + by)];
-    for (std::uint32_t i = 0; i < count; ++i) {
-      moved.axis[at + i] = layer.axis[from + i];
-      moved.voxel[at + i] = glm::u8vec3(glm::ivec3(layer.voxel[from + i]) - kBrickSide * by);
-      moved.side[2 * std::size_t{at + i}] = layer.side[2 * std::size_t{from + i}];
-      moved.side[2 * std::size_t{at + i} + 1] = layer.side[2 * std::size_t{from + i} + 1];
+    const auto count = static_cast<std::ptrdiff_t>(std::popcount(moved.bits[c]));
+    if (count == 0) {
+      moved.sides.addCell({});
+      continue;
     }
+    const std::uint32_t from = to.cellIndex(to.cellAt(c) + by);
+    std::copy_n(layer.axis.begin() + layer.first[from], count, moved.axis.begin() + moved.first[c]);
+    moved.sides.copyCell(layer.sides, from);
   }
+  moved.sides.shrinkToFit();
   for (const SideEmission& each : layer.emission) {
-    const glm::ivec3 voxel = glm::ivec3(layer.voxel[each.side / 2]) - kBrickSide * by;
+    const glm::ivec3 voxel = VoxelCursor(layer, to, each.side / 2).voxel() - kBrickSide * by;
     if (to.holds(voxel)) moved.emission.push_back({2 * moved.numberOf(to, voxel) + each.side % 2, each.emission});
   }
   return moved;
@@ -285,10 +281,11 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
       });
     }
   };
+  std::vector<glm::u8vec3> voxel(layer.kept);  // grids have up to 256 voxels along a side
   for (std::uint32_t c = 0; c < layer.bits.size(); ++c) {
     std::uint32_t number = layer.first[c];
     for (std::uint64_t rest = layer.bits[c]; rest != 0 && number < layer.kept; rest &= rest - 1, ++number)
-      layer.voxel[number] = glm::u8vec3(kBrickSide * grid.cellAt(c) + voxelOfBit(std::countr_zero(rest)));
+      voxel[number] = glm::u8vec3(kBrickSide * grid.cellAt(c) + voxelOfBit(std::countr_zero(rest)));
   }
 
   // 1. The axis of each voxel: the moment's column with the largest diagonal element
@@ -309,24 +306,37 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
     const glm::ivec3 axis(layer.axis[number]);
     for (const VoxelPair& pair : found) {
       const SnappedTriangle& t = triangles[pair.triangle];
-      addSides(t, pair.triangle, surfaces, glm::ivec3(layer.voxel[number]), axis, pair, emissionUnit, sides);
+      addSides(t, pair.triangle, surfaces, glm::ivec3(voxel[number]), axis, pair, emissionUnit, sides);
     }
   });
 
   // 3. Means
   std::vector<glm::vec3> emission(brightest > 0.0f ? sums.size() : 0, glm::vec3(0.0f));
-  forChunks(parallelFor, layer.kept, kVoxels, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t number = begin; number < end; ++number) {
-      const glm::ivec3 voxel(layer.voxel[number]);
-      const SideSums* const of = &sums[2 * std::size_t{number}];
-      for (std::size_t s = 0; s < 2; ++s) {
-        const std::size_t side = 2 * std::size_t{number} + s;
-        glm::vec3 emits(0.0f);
-        layer.side[side] = finish(grid, triangles, voxel, axes[number], of[s], of[1 - s], s == 0, emissionUnit, emits);
-        if (!emission.empty()) emission[side] = emits;
+  const auto cells = static_cast<std::uint32_t>(layer.bits.size());
+  const PackedSides none(grid.voxel * grid.voxel);
+  std::vector<PackedSides> pieces((cells + kCells - 1) / kCells, none);
+  forChunks(parallelFor, static_cast<std::uint32_t>(pieces.size()), 1, [&](std::uint32_t begin, std::uint32_t end) {
+    std::vector<MadeSides> made;
+    for (std::uint32_t c = begin * kCells; c < std::min(end * kCells, cells); ++c) {
+      made.resize(layer.keptOf(c));
+      for (std::uint32_t i = 0; i < made.size(); ++i) {
+        const std::uint32_t number = layer.first[c] + i;
+        const SideSums* const of = &sums[2 * std::size_t{number}];
+        for (std::size_t s = 0; s < 2; ++s) {
+          glm::vec3 emits(0.0f);
+          made[i].side[s] = finish(axes[number], of[s], of[1 - s], s == 0, emissionUnit, emits);
+          if (!emission.empty()) emission[2 * std::size_t{number} + s] = emits;
+          if (!made[i].side[s].isFaced) continue;
+          made[i].area[s] = areaOf(grid, of[s]);
+          made[i].places[s] = subPlacesOf(triangles, glm::ivec3(voxel[number]), of[s]);
+        }
       }
+      pieces[c / kCells].addCell(made);
     }
   });
+  layer.sides = none;
+  for (const PackedSides& piece : pieces) layer.sides.append(piece);
+  layer.sides.shrinkToFit();
   for (std::uint32_t s = 0; s < emission.size(); ++s) {
     if (emission[s] != glm::vec3(0.0f)) layer.emission.push_back({s, emission[s]});
   }
@@ -348,24 +358,33 @@ bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty,
   if (std::max(layer.occupied, made.occupied) > budget) return false;
   fillSides(grid, triangles, surfaces, budget, parallelFor, patch);
   makeRoom(made, made.occupied);
-  forChunks(parallelFor, static_cast<std::uint32_t>(made.bits.size()), kVoxels,
-            [&](std::uint32_t begin, std::uint32_t end) {
-              for (std::uint32_t c = begin; c < end; ++c) {
-                std::uint32_t to = made.first[c];
-                for (std::uint64_t rest = made.bits[c]; rest != 0; rest &= rest - 1, ++to) {
-                  const glm::ivec3 voxel = kBrickSide * grid.cellAt(c) + voxelOfBit(std::countr_zero(rest));
-                  const VoxelLayer& from = (dirty[c] & rest & (~rest + 1)) != 0 ? patch : layer;
-                  const std::uint32_t number = from.numberOf(grid, voxel);
-                  made.axis[to] = from.axis[number];
-                  made.voxel[to] = glm::u8vec3(voxel);
-                  made.side[2 * std::size_t{to}] = from.side[2 * std::size_t{number}];
-                  made.side[2 * std::size_t{to} + 1] = from.side[2 * std::size_t{number} + 1];
-                }
-              }
-            });
+  made.sides = PackedSides(grid.voxel * grid.voxel);
+  std::vector<PackedSides::Source> sources;
+  for (std::uint32_t c = 0; c < made.bits.size(); ++c) {
+    if (made.bits[c] == 0) {
+      made.sides.addCell({});
+      continue;
+    }
+    std::uint32_t to = made.first[c];
+    if (dirty[c] == 0) {
+      std::copy_n(layer.axis.begin() + layer.first[c], std::popcount(made.bits[c]), made.axis.begin() + to);
+      made.sides.copyCell(layer.sides, c);
+      continue;
+    }
+    sources.clear();
+    for (std::uint64_t rest = made.bits[c]; rest != 0; rest &= rest - 1, ++to) {
+      const glm::ivec3 voxel = voxelOfBit(std::countr_zero(rest));
+      const VoxelLayer& from = (dirty[c] & rest & (~rest + 1)) != 0 ? patch : layer;
+      const std::uint32_t before = countBefore(from.bits[c], voxel);
+      made.axis[to] = from.axis[from.first[c] + before];
+      sources.push_back({&from.sides, c, before, from.keptOf(c)});
+    }
+    made.sides.mergeCell(sources);
+  }
+  made.sides.shrinkToFit();
   const auto keepEmission = [&](const VoxelLayer& from, bool isDirty) {
     for (const SideEmission& each : from.emission) {
-      const glm::ivec3 voxel(from.voxel[each.side / 2]);
+      const glm::ivec3 voxel = VoxelCursor(from, grid, each.side / 2).voxel();
       if (((dirty[grid.cellOf(voxel)] >> brickBit(voxel) & 1u) != 0) == isDirty)
         made.emission.push_back({2 * made.numberOf(grid, voxel) + each.side % 2, each.emission});
     }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "relume/relighter.h"
+#include "runtime/voxels/packed_sides.h"
 #include "runtime/voxels/snap_triangles.h"
 #include "runtime/voxels/voxel_grid.h"
 #include "runtime/voxels/voxel_side.h"
@@ -11,6 +12,8 @@
 #include <glm/gtc/type_precision.hpp>
 
 #include <algorithm>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -28,8 +31,7 @@ struct VoxelLayer {
   std::vector<std::uint64_t> bits;       // [Size cells] brickBit() of each voxel; CRC's geometry volume
   std::vector<std::uint32_t> first;      // [Size cells] number of the cell's first occupied voxel
   std::vector<glm::i8vec3> axis;         // [Size kept] toward the front side, 127 times the unit vector
-  std::vector<glm::u8vec3> voxel;        // [Size kept] its place: grids have up to 256 voxels along a side
-  std::vector<VoxelSide> side;           // [Size 2 kept] front, back
+  PackedSides sides;                     // of the voxels that are kept
   std::vector<SideEmission> emission;    // of the sides that emit, by ascending side
   std::uint32_t occupied = 0, kept = 0;  // voxels, and those of them that have sides
 
@@ -41,6 +43,15 @@ struct VoxelLayer {
     const std::uint32_t cell = grid.cellOf(v);
     return first[cell] + countBefore(bits[cell], v);
   }
+  std::uint32_t sideCount() const { return 2 * kept; }
+  // Voxels of a cell that are kept.
+  std::uint32_t keptOf(std::size_t cell) const {
+    return std::min(static_cast<std::uint32_t>(std::popcount(bits[cell])), kept - std::min(first[cell], kept));
+  }
+  // The cell of a voxel of that number.
+  std::uint32_t cellOfNumber(std::uint32_t number) const {
+    return static_cast<std::uint32_t>(std::upper_bound(first.begin(), first.end(), number) - first.begin() - 1);
+  }
   // What emits of this side and of those after it.
   std::vector<SideEmission>::const_iterator emissionFrom(std::uint32_t s) const {
     return std::lower_bound(emission.begin(), emission.end(), s,
@@ -51,6 +62,57 @@ struct VoxelLayer {
     return found != emission.end() && found->side == s ? found->emission : glm::vec3(0.0f);
   }
 };
+
+// Kept voxels of a layer by number, one after the other.
+class VoxelCursor {
+ public:
+  VoxelCursor(const VoxelLayer& layer, const VolumeGrid& grid, std::uint32_t number)
+      : layer_(&layer),
+        grid_(&grid),
+        cell_(layer.cellOfNumber(number)),
+        number_(number),
+        corner_(kBrickSide * grid.cellAt(cell_)),
+        rest_(layer.bits[cell_]) {
+    for (std::uint32_t before = number - layer.first[cell_]; before > 0; --before) rest_ &= rest_ - 1;
+  }
+  std::uint32_t cell() const { return cell_; }
+  glm::ivec3 voxel() const { return corner_ + voxelOfBit(std::countr_zero(rest_)); }
+  // How many of its cell come before it.
+  std::uint32_t inCell() const { return number_ - layer_->first[cell_]; }
+  // Whether it is in another cell now. [Not the layer's last voxel]
+  bool next() {
+    ++number_;
+    rest_ &= rest_ - 1;
+    if (rest_ != 0) return false;
+    while (layer_->bits[++cell_] == 0) {
+    }
+    rest_ = layer_->bits[cell_];
+    corner_ = kBrickSide * grid_->cellAt(cell_);
+    return true;
+  }
+
+ private:
+  const VoxelLayer* layer_;
+  const VolumeGrid* grid_;
+  std::uint32_t cell_, number_;
+  glm::ivec3 corner_;   // of the cell, whose divisions are not each voxel's
+  std::uint64_t rest_;  // of the cell's voxels, from this one on
+};
+
+// visit(number, voxel, what `Read` has of both sides) of voxels [begin, end). Read: CellSides, CellSurfaces
+template <class Read, class Visit>
+void forVoxels(const VoxelLayer& layer, const VolumeGrid& grid, std::uint32_t begin, std::uint32_t end,
+               const Visit& visit) {
+  if (begin == end) return;
+  VoxelCursor at(layer, grid, begin);
+  Read read(layer.sides, at.cell(), layer.keptOf(at.cell()));
+  for (std::uint32_t i = at.inCell(); i > 0; --i) static_cast<void>(read.next());
+  for (std::uint32_t number = begin;;) {
+    visit(number, at.voxel(), read.next());
+    if (++number == end) return;
+    if (at.next()) read = Read(layer.sides, at.cell(), layer.keptOf(at.cell()));
+  }
+}
 
 // Set the bits of all voxels that triangles overlap, the same at any number of threads. [Size bits: cells]
 void addBits(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,

@@ -117,16 +117,20 @@ class DirectLight {
     std::array<glm::vec3, 4 * kSides> position, normal, arriving;
     std::array<std::uint32_t, 4 * kSides> slot;
     std::array<float, 4 * kSides> visible;
-    std::array<VoxelSide::Samples, kSides> samples;
-    for (std::uint32_t i = 0; i < count; ++i) samples[i] = volume_.side(begin + i).samples();
+    std::array<SideSamples, kSides> samples;
+    std::array<glm::vec3, kSides> middle;
+    volume_.forSurfaces(begin, end, [&](std::uint32_t s, const glm::ivec3& voxel, const SideSurface& surface) {
+      samples[s - begin] = surface.samples;
+      middle[s - begin] = glm::vec3(voxel) + 0.5f;
+    });
     for (std::uint32_t k = 0; k < lights_.size(); ++k) {
       std::uint32_t lit = 0;
       for (std::uint32_t i = 0; i < count; ++i) {
-        const glm::vec3 middle = glm::vec3(volume_.voxelOfSide(begin + i)) + 0.5f;
         for (const SideSample& s : samples[i]) {
           if (s.count() == 0) break;
           const glm::vec3 n = glm::normalize(glm::vec3(s.normal()));
-          const glm::vec3 at = volume_.grid().toWorld(middle + glm::vec3(s.place()) / float{kVoxelSteps} + kLift * n);
+          const glm::vec3 at =
+              volume_.grid().toWorld(middle[i] + glm::vec3(s.place()) / float{kVoxelSteps} + kLift * n);
           const glm::vec3 e = directIrradiance(lights_[k], at, n);
           if (e == glm::vec3(0.0f)) continue;
           position[lit] = at;
@@ -176,23 +180,36 @@ Status VoxelVolume::lightDirectly(const LightSetup& setup) {
   return done();
 }
 
+namespace {
+
+// What sides of a layer emit, one after the other.
+class EmissionReader {
+ public:
+  EmissionReader(const VoxelLayer& layer, std::uint32_t side)
+      : next_(layer.emissionFrom(side)), end_(layer.emission.end()) {}
+  const SideEmission* of(std::uint32_t side) {  // null: nothing
+    return next_ != end_ && next_->side == side ? &*next_++ : nullptr;
+  }
+
+ private:
+  std::vector<SideEmission>::const_iterator next_, end_;
+};
+
+}  // namespace
+
 void VoxelVolume::reflect(const SideIrradiance& bounced, const glm::vec3& emissionScale) {
   Stopwatch watch;
-  // Voxels [first, last) of a layer whose first one is number `from` of the volume's.
-  const auto reflectLayer = [&](const VoxelLayer& layer, std::uint32_t from, std::uint32_t first, std::uint32_t last) {
-    auto emits = layer.emissionFrom(2 * first);
-    for (std::uint32_t s = 2 * first; s < 2 * last; ++s) {
-      const std::uint32_t i = 2 * from + s;
-      const glm::vec3 irradiance = bounced ? directOf(i) + bounced(i) : directOf(i);
-      glm::vec3 radiance = std::numbers::inv_pi_v<float> * layer.side[s].albedo() * irradiance;
-      if (emits != layer.emission.end() && emits->side == s) radiance += emissionScale * (emits++)->emission;
+  forChunks(parallelFor_, sideCount(), 8 * kSides, [&](std::uint32_t first, std::uint32_t last) {
+    const std::uint32_t moving = std::clamp(standingSides(), first, last);
+    EmissionReader standing(standing_, first), moves(moving_, moving - standingSides());
+    forSides(first, last, [&](const SideAt& at) {
+      const std::uint32_t i = at.index;
+      const glm::vec3 irradiance = bounced ? directOf(i) + bounced(at) : directOf(i);
+      glm::vec3 radiance = std::numbers::inv_pi_v<float> * at.side.albedo * irradiance;
+      const SideEmission* const emits = i < moving ? standing.of(i) : moves.of(i - standingSides());
+      if (emits != nullptr) radiance += emissionScale * emits->emission;
       setRadiance(i, radiance);
-    }
-  };
-  forChunks(parallelFor_, sideCount() / 2, 4 * kSides, [&](std::uint32_t first, std::uint32_t last) {
-    const std::uint32_t moving = std::clamp(standing_.kept, first, last);
-    reflectLayer(standing_, 0, first, moving);
-    if (moving < last) reflectLayer(moving_, standing_.kept, moving - standing_.kept, last - standing_.kept);
+    });
   });
   reflectMs_ = watch.lap();
 }
@@ -210,6 +227,44 @@ std::uint32_t VoxelVolume::sideAt(const glm::ivec3& voxel, const glm::vec3& dire
   if (number >= layer.kept) return kNoSide;
   const std::uint32_t at = moves ? standing_.kept + number : number;
   return 2 * at + (radiance_[at].isFront(direction) ? 0 : 1);
+}
+
+bool VoxelVolume::meetsBack(const glm::ivec3& voxel, const glm::vec3& direction) const {
+  const std::uint32_t side = sideAt(voxel, direction);
+  if (side == kNoSide) return false;
+  const VoxelLayer& layer = moving_.has(grid_, voxel) ? moving_ : standing_;
+  const std::uint32_t cell = grid_.cellOf(voxel);
+  return !CellSides::isFaced(layer.sides, cell, countBefore(layer.bits[cell], voxel), side % 2);
+}
+
+std::array<SideAt, 2> VoxelVolume::sidesAt(const glm::ivec3& voxel) const {
+  const bool moves = moving_.has(grid_, voxel);
+  const VoxelLayer& layer = moves ? moving_ : standing_;
+  const std::uint32_t cell = grid_.cellOf(voxel),
+                      front = 2 * layer.numberOf(grid_, voxel) + (moves ? standingSides() : 0);
+  CellSides sides(layer.sides, cell, layer.keptOf(cell));
+  sides.skip(countBefore(layer.bits[cell], voxel));
+  const std::array<VoxelSide, 2> side = sides.next();
+  return {SideAt{front, voxel, side[0]}, SideAt{front + 1, voxel, side[1]}};
+}
+
+SideAt VoxelVolume::sideOf(std::uint32_t index) const {
+  const bool moves = index >= standingSides();
+  const VoxelLayer& layer = moves ? moving_ : standing_;
+  const VoxelCursor at(layer, grid_, (moves ? index - standingSides() : index) / 2);
+  CellSides sides(layer.sides, at.cell(), layer.keptOf(at.cell()));
+  sides.skip(at.inCell());
+  return {index, at.voxel(), sides.next()[index % 2]};
+}
+
+std::vector<float> VoxelVolume::areas() const {
+  std::vector<float> areas(sideCount());
+  forChunks(parallelFor_, sideCount(), 8 * kSides, [&](std::uint32_t first, std::uint32_t last) {
+    forSurfaces(first, last, [&](std::uint32_t s, const glm::ivec3& /*voxel*/, const SideSurface& surface) {
+      areas[s] = surface.area;
+    });
+  });
+  return areas;
 }
 
 VoxelStats VoxelVolume::stats() const {
@@ -230,7 +285,7 @@ std::vector<PassTime> VoxelVolume::passTimes() const {
 std::vector<std::pair<std::string, std::size_t>> VoxelVolume::bufferSizes() const {
   const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
   const auto sidesOf = [&](const VoxelLayer& layer) {
-    return bytes(layer.axis) + bytes(layer.voxel) + bytes(layer.side) + bytes(layer.emission);
+    return bytes(layer.axis) + layer.sides.bytes() + bytes(layer.emission);
   };
   std::size_t geometry = geometry_->surfaces.bytes() + bytes(parts_);
   for (const PackedMesh& mesh : geometry_->mesh) geometry += mesh.bytes();

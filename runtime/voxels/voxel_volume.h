@@ -22,6 +22,7 @@
 #include "runtime/voxels/voxel_grid.h"
 #include "runtime/voxels/voxel_layer.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -78,6 +79,15 @@ class alignas(16) VoxelRadiance {
 };
 static_assert(sizeof(VoxelRadiance) == 16);
 
+// A side where it is.
+struct SideAt {
+  std::uint32_t index = 0;  // of the volume's sides
+  glm::ivec3 voxel{0};
+  VoxelSide side;
+
+  glm::vec3 place() const { return glm::vec3(voxel) + 0.5f + side.place; }  // [voxels]
+};
+
 class VoxelVolume {
  public:
   // usage: checkGeometry(), cells out of range, a box that is not finite or inside out, more than 2^25 triangles after
@@ -105,7 +115,7 @@ class VoxelVolume {
   [[nodiscard]] Status lightDirectly(const LightSetup& setup);
   // Radiance of each side: albedo (direct + bounced) / pi + emission. bounced: of a side [W/m²], which threads call
   // side by side; null = nothing is bounced. emissionScale: factor on emission. Throws what `bounced` does.
-  using SideIrradiance = std::function<glm::vec3(std::uint32_t side)>;
+  using SideIrradiance = std::function<glm::vec3(const SideAt& side)>;
   void reflect(const SideIrradiance& bounced, const glm::vec3& emissionScale);
 
   // What a side sends out, in place of what reflect() found, as PackedLight holds it. [side < sideCount(), W/m²/sr,
@@ -119,21 +129,28 @@ class VoxelVolume {
   const VoxelLayer& standing() const { return standing_; }
   const VoxelLayer& moving() const { return moving_; }
   // Sides of standing voxels, then those of moving ones.
-  std::uint32_t sideCount() const { return standingSides() + static_cast<std::uint32_t>(moving_.side.size()); }
-  std::uint32_t standingSides() const { return static_cast<std::uint32_t>(standing_.side.size()); }
-  const VoxelSide& side(std::uint32_t index) const {
-    return index < standingSides() ? standing_.side[index] : moving_.side[index - standingSides()];
+  std::uint32_t sideCount() const { return standing_.sideCount() + moving_.sideCount(); }
+  std::uint32_t standingSides() const { return standing_.sideCount(); }
+  // visit(SideAt) of sides [begin, end), which takes less than one by one.
+  template <class Visit>
+  void forSides(std::uint32_t begin, std::uint32_t end, const Visit& visit) const {
+    forLayers<CellSides>(begin, end, [&](std::uint32_t s, const glm::ivec3& voxel, const VoxelSide& side) {
+      visit(SideAt{s, voxel, side});
+    });
   }
-  glm::ivec3 voxelOfSide(std::uint32_t index) const {
-    return index < standingSides() ? standing_.voxel[index / 2] : moving_.voxel[(index - standingSides()) / 2];
+  // visit(number, voxel, SideSurface) of each.
+  template <class Visit>
+  void forSurfaces(std::uint32_t begin, std::uint32_t end, const Visit& visit) const {
+    forLayers<CellSurfaces>(begin, end, visit);
   }
+  SideAt sideOf(std::uint32_t index) const;
+  VoxelSide side(std::uint32_t index) const { return sideOf(index).side; }
+  glm::ivec3 voxelOfSide(std::uint32_t index) const { return sideOf(index).voxel; }
   // Where light reaches it: in the grid, and in the world.
-  glm::vec3 placeOfSide(std::uint32_t index) const {  // [voxels]
-    return glm::vec3(voxelOfSide(index)) + 0.5f + side(index).place();
-  }
-  glm::vec3 positionOfSide(std::uint32_t index) const {  // [m]
-    return grid_.placeInVoxel(voxelOfSide(index), side(index).place());
-  }
+  glm::vec3 placeOfSide(std::uint32_t index) const { return sideOf(index).place(); }                    // [voxels]
+  glm::vec3 positionOfSide(std::uint32_t index) const { return positionOf(sideOf(index)); }             // [m]
+  glm::vec3 positionOf(const SideAt& at) const { return grid_.placeInVoxel(at.voxel, at.side.place); }  // [m]
+  std::vector<float> areas() const;                      // of all sides [m²]; 0 where no triangle faces it
   glm::vec3 emissionOfSide(std::uint32_t index) const {  // [W/m²/sr]
     return index < standingSides() ? standing_.emissionOf(index) : moving_.emissionOf(index - standingSides());
   }
@@ -146,6 +163,11 @@ class VoxelVolume {
   // The side of an occupied voxel that a ray of this direction meets; where both layers have the voxel, of what moves.
   // kNoSide for voxels that were dropped.
   std::uint32_t sideAt(const glm::ivec3& voxel, const glm::vec3& direction) const;
+
+  // Both sides of an occupied voxel that has sides, of what moves as above.
+  std::array<SideAt, 2> sidesAt(const glm::ivec3& voxel) const;
+  // Whether what it meets is the back of surfaces.
+  bool meetsBack(const glm::ivec3& voxel, const glm::vec3& direction) const;
 
   // Radiance [W/m²/sr] of the side that a ray of this direction meets, as reflect() left it; black where dropped.
   // `voxel` is occupied.
@@ -181,6 +203,22 @@ class VoxelVolume {
   };
 
   VoxelVolume() = default;
+  template <class Read, class Visit>
+  void forLayers(std::uint32_t begin, std::uint32_t end, const Visit& visit) const {
+    std::uint32_t first = 0;  // of the layer's voxels
+    for (const VoxelLayer* layer : {&standing_, &moving_}) {
+      const std::uint32_t low = std::max(begin, 2 * first), high = std::min(end, 2 * (first + layer->kept));
+      if (low < high) {
+        forVoxels<Read>(*layer, grid_, low / 2 - first, (high + 1) / 2 - first,
+                        [&](std::uint32_t number, const glm::ivec3& voxel, const auto& both) {
+                          const std::uint32_t front = 2 * (first + number);
+                          if (front >= low) visit(front, voxel, both[0]);
+                          if (front + 1 < high) visit(front + 1, voxel, both[1]);
+                        });
+      }
+      first += layer->kept;
+    }
+  }
   template <class Wants>
   Status snapParts(const VolumeGrid& grid, const std::vector<Part>& parts, const SnapBox& box, const Wants& wants,
                    std::vector<SnappedTriangle>& triangles, VoxelStats& stats) const;

@@ -57,7 +57,7 @@ VoxelLevel closedBox() {
 
 VoxelVolume lit(VoxelLevel level, std::uint32_t cells = 16) {
   VoxelVolume volume = volumeOf(level, coarse(cells));
-  volume.reflect([](std::uint32_t) { return glm::vec3(kPi); }, glm::vec3(0.0f));
+  volume.reflect([](const SideAt&) { return glm::vec3(kPi); }, glm::vec3(0.0f));
   return volume;
 }
 

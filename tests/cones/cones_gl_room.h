@@ -52,7 +52,7 @@ struct Level {
   void light() {
     for (std::uint32_t s = 0; s < volume.sideCount(); ++s) {
       const glm::vec3 p = volume.positionOfSide(s);
-      volume.setRadiance(s, {p.x > 3.5f ? 6.0f : 0.2f, 0.5f + 0.1f * p.y, volume.side(s).area() > 0.0f ? 1.0f : 0.0f});
+      volume.setRadiance(s, {p.x > 3.5f ? 6.0f : 0.2f, 0.5f + 0.1f * p.y, volume.side(s).isFaced ? 1.0f : 0.0f});
     }
     EXPECT_TRUE(mips.update(volume));
   }

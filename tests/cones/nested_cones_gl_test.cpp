@@ -28,7 +28,7 @@ NestedOptions aboutEye(std::uint32_t cascades, const glm::vec3& eye) {
 // By where it is, so that what is read in another place shows.
 glm::vec3 byPlace(const VoxelVolume& volume, std::uint32_t side) {
   const glm::vec3 p = volume.positionOfSide(side);
-  return {p.x > 3.5f ? 6.0f : 0.2f, 0.5f + 0.1f * p.y, volume.side(side).area() > 0.0f ? 1.0f : 0.0f};
+  return {p.x > 3.5f ? 6.0f : 0.2f, 0.5f + 0.1f * p.y, volume.side(side).isFaced ? 1.0f : 0.0f};
 }
 
 VoxelLevel levelOfRoom() {

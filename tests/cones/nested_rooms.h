@@ -45,7 +45,7 @@ struct NestedRoom {
 
 // The albedo of a side that a triangle faces; nothing is on the other.
 inline glm::vec3 albedoOfLitSide(const VoxelVolume& volume, std::uint32_t side) {
-  return volume.side(side).area() > 0.0f ? volume.side(side).albedo() : glm::vec3(0.0f);
+  return volume.side(side).isFaced ? volume.side(side).albedo : glm::vec3(0.0f);
 }
 
 inline NestedOptions nestedAbout(std::uint32_t cascades, std::uint32_t cells, const glm::vec3& low,

@@ -126,7 +126,7 @@ TEST(PixelCones, aCameraThatTurnsKeepsWhatItSawAndStartsAnewElsewhere) {
 TEST(PixelCones, aLightThatGoesOutDoesSoWithinFourFrames) {
   const Room bright(false);
   Room dark(true);
-  dark.volume.reflect([](std::uint32_t) { return glm::vec3(0.1f); }, glm::vec3(0.0f));
+  dark.volume.reflect([](const SideAt&) { return glm::vec3(0.1f); }, glm::vec3(0.0f));
   ASSERT_TRUE(dark.mips.update(dark.volume));
   const Picture picture(48, 32, {-3, -1, 3.2f}, {1, -2, 0});
   PixelCones kept = conesOf({}), now = conesOf({.keep = false});

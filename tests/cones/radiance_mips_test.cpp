@@ -38,8 +38,8 @@ struct Lit {
   Lit(VoxelLevel& level, const VoxelOptions& options, bool bothSides = false,
       RadianceMips::Directions directions = kSix)
       : volume(std::move(*VoxelVolume::create(level.geometry(), options))), mips(directions) {
-    const auto irradiance = [&](std::uint32_t s) {
-      return glm::vec3(bothSides || volume.side(s).area() > 0.0f ? std::numbers::pi_v<float> : 0.0f);
+    const auto irradiance = [&](const SideAt& at) {
+      return glm::vec3(bothSides || at.side.isFaced ? std::numbers::pi_v<float> : 0.0f);
     };
     volume.reflect(irradiance, glm::vec3(0.0f));
     EXPECT_TRUE(mips.update(volume));

@@ -25,8 +25,8 @@ struct Room {
   RadianceMips mips;
 
   explicit Room(bool even) : volume(make()) {
-    const auto irradiance = [&](std::uint32_t s) {
-      const bool isRed = !even && volume.positionOfSide(s).x > 3.5f;
+    const auto irradiance = [&](const SideAt& at) {
+      const bool isRed = !even && volume.positionOf(at).x > 3.5f;
       return std::numbers::pi_v<float> * (isRed ? glm::vec3(5.0f, 0.0f, 0.0f) : glm::vec3(1.0f));
     };
     volume.reflect(irradiance, glm::vec3(0.0f));

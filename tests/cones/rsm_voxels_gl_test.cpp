@@ -27,7 +27,7 @@ std::vector<RsmTexel> texelsIn(const VoxelVolume& volume, std::uint32_t count, u
     texel.positionWorld = kind < 0.1f
                               ? 6.0f * unit(random)
                               : volume.positionOfSide(side) + 0.7f * volume.grid().voxel * share(random) * unit(random);
-    texel.normal = kind < 0.6f ? volume.side(side).normal() : unit(random);
+    texel.normal = kind < 0.6f ? volume.side(side).normal : unit(random);
     texel.area = kind > 0.95f ? 0.0f : 0.01f;
     const float bright = std::exp2(-30.0f * share(random));
     texel.flux = bright * glm::vec3(share(random), share(random), kind > 0.5f ? 0.0f : share(random));

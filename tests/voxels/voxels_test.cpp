@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Which voxels are set, what their sides are, and what rays meet.
 #include "runtime/voxels/overlap.h"
+#include "runtime/voxels/packed_sides.h"
 #include "runtime/voxels/step_place.h"
 #include "runtime/voxels/voxel_volume.h"
 #include "tests/voxels/boxes.h"
@@ -8,12 +9,15 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <map>
 #include <random>
 #include <set>
+#include <vector>
 
 namespace relume {
 namespace {
@@ -293,60 +297,140 @@ TEST(March, raysFromOutsideAndAlongAxes) {
     EXPECT_NEAR(hit.t, 3.0f, volume->grid().voxel);
     const std::uint32_t side = volume->sideAt(hit.voxel, d);
     ASSERT_NE(side, kNoSide);
-    EXPECT_LT(glm::dot(volume->side(side).normal(), d), -0.99f);
-    EXPECT_GT(volume->side(side).area(), 0.0f);
+    EXPECT_LT(glm::dot(volume->side(side).normal, d), -0.99f);
+    EXPECT_TRUE(volume->side(side).isFaced);
+    EXPECT_FALSE(volume->meetsBack(hit.voxel, d));
     EXPECT_FALSE(volume->march(from, -d, far).found);
     EXPECT_FALSE(volume->march(from, d, 2.0f).found);
   }
 }
 
-// What is rounded of a side, and what is kept as it was found.
-TEST(VoxelSides, areRoundedByLessThanTheirBounds) {
-  std::mt19937 random(11);
+glm::ivec3 inBytes(const glm::vec3& normal) { return glm::ivec3(glm::floor(127.0f * normal + 0.5f)); }
+
+// A voxel's sides by chance: one or both are faced, flat or curved, along an axis or not, of planes that pass through
+// the voxel and of places that are on none.
+MadeSides someSides(std::mt19937& random) {
   std::uniform_real_distribution<float> place(-1.9f, 1.9f), share(0.0f, 1.0f);
-  std::uniform_int_distribution<int> step(-32, 32);
-  const auto normalOfLight = [&] { return glm::ivec3(glm::floor(127.0f * unit(random) + 0.5f)); };
-  for (int i = 0; i < 20000; ++i) {
-    const glm::vec3 at(place(random), place(random), place(random)),
-        albedo(share(random), share(random), share(random));
+  std::uniform_int_distribution<int> step(-32, 32), kind(0, 11);
+  const auto three = [&](auto& from) { return glm::vec3(from(random), from(random), from(random)); };
+  MadeSides made;
+  const int faced = kind(random) % 3;
+  for (std::size_t s = 0; s < 2; ++s) {
+    VoxelSide& side = made.side[s];
+    side = {three(place), unit(random), three(share), faced == 2 || faced == static_cast<int>(s)};
     // Along axes and diagonals as well, where the octahedron has its edges
-    glm::vec3 normal = unit(random);
-    if (i % 4 == 0) normal = glm::normalize(glm::round(2.0f * normal) + glm::vec3(0.0f, 0.0f, 1e-30f));
-    // One to four places, all with one normal or each with its own
-    VoxelSide::Samples samples;
-    const bool isCurved = i % 3 == 0;
-    const std::uint32_t places = 1 + static_cast<std::uint32_t>(i) % 4;
-    const glm::ivec3 flat = normalOfLight();
-    for (std::uint32_t k = 0; k < places; ++k) {
-      const glm::ivec3 p(static_cast<int>(k), step(random), step(random));
-      samples[k] = SideSample(p, isCurved ? normalOfLight() : flat, k + 1 < places ? 1 : 5 - places);
-    }
-    const float area = 1e-7f * share(random);
-    const VoxelSide side(at, normal, albedo, area, samples);
-    ASSERT_NEAR(side.area(), area, 0x1p-12f * area);
-    for (int k = 0; k < 3; ++k) {
-      ASSERT_LE(std::abs(side.place()[k] - at[k]), 0x1p-9f);
-      ASSERT_LE(std::abs(side.albedo()[k] - albedo[k]), 0x1.01p-13f);
-      ASSERT_LE(std::abs(side.normal()[k] - normal[k]), 2e-3f);
-    }
-    ASSERT_NEAR(glm::length(side.normal()), 1.0f, 1e-6f);
-    const VoxelSide::Samples held = side.samples();
-    for (std::size_t k = 0; k < 4; ++k) {
-      ASSERT_EQ(held[k].place(), samples[k].place());
-      ASSERT_EQ(held[k].count(), samples[k].count());
-      if (isCurved && places > 1 && k < places) {
-        const glm::vec3 a(held[k].normal()), b(samples[k].normal());
-        ASSERT_GT(glm::dot(glm::normalize(a), glm::normalize(b)), std::cos(1.3f / 57.3f));
-      } else {
-        ASSERT_EQ(held[k].normal(), samples[k].normal());
+    if (kind(random) < 4) side.normal = glm::normalize(glm::round(2.0f * side.normal) + glm::vec3(0.0f, 0.0f, 1e-30f));
+    if (!side.isFaced) continue;
+    made.area[s] = 4e-5f * share(random) + 1e-9f;
+    const int curved = kind(random), off = kind(random);
+    glm::vec3 normal = side.normal;
+    int plane = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (i == 0 || curved % 4 == 3) {
+        normal = kind(random) < 4 ? glm::vec3(0.0f, 0.0f, kind(random) < 6 ? -1.0f : 1.0f) : unit(random);
+        plane = (kind(random) - 6) * (kind(random) == 0 ? 12700 : 127);
       }
+      const glm::ivec3 n = inBytes(normal);
+      made.places[s][i] = {subPlaceOn(i, n, plane), n, plane};
+      if (off < 3 && kind(random) < 5) made.places[s][i].place = glm::ivec3(three(step));
     }
   }
+  if (faced != 2) {
+    made.side[static_cast<std::size_t>(1 - faced)].normal = -made.side[static_cast<std::size_t>(faced)].normal;
+    made.side[static_cast<std::size_t>(1 - faced)].albedo = made.side[static_cast<std::size_t>(faced)].albedo;
+  }
+  return made;
+}
+
+void expectHeld(const MadeSides& made, const std::array<VoxelSide, 2>& sides,
+                const std::array<SideSurface, 2>& surfaces) {
+  for (std::size_t s = 0; s < 2; ++s) {
+    const VoxelSide &was = made.side[s], &held = sides[s];
+    ASSERT_EQ(held.isFaced, was.isFaced);
+    for (int k = 0; k < 3; ++k) {
+      ASSERT_LE(std::abs(held.place[k] - was.place[k]), 0x1p-9f);
+      ASSERT_LE(std::abs(held.albedo[k] - was.albedo[k]), 0x1.01p-13f);
+      ASSERT_LE(std::abs(held.normal[k] - was.normal[k]), 2e-3f);
+    }
+    ASSERT_NEAR(glm::length(held.normal), 1.0f, 1e-6f);
+    ASSERT_NEAR(surfaces[s].area, made.area[s], 0x1.01p-10f * made.area[s]);
+    const std::size_t from = was.isFaced ? s : 1 - s;
+    std::uint32_t count = 0;
+    for (const SideSample& sample : surfaces[s].samples) {
+      const glm::ivec3 normal = was.isFaced ? sample.normal() : -sample.normal();
+      if (sample.count() > 0) {
+        const auto same = std::count_if(made.places[from].begin(), made.places[from].end(), [&](const SubPlace& place) {
+          return place.place == sample.place() && place.normal == normal;
+        });
+        ASSERT_EQ(sample.count(), static_cast<std::uint32_t>(same));
+      }
+      count += sample.count();
+    }
+    ASSERT_EQ(count, 4u);
+  }
+}
+
+// What is rounded of sides, and what is kept as it was found; cells copied, and those made from voxels of two.
+TEST(VoxelSides, areRoundedByLessThanTheirBounds) {
+  std::mt19937 random(11);
+  const float face = 1e-4f;
+  PackedSides packed(face), other(face), copy(face), merged(face);
+  std::vector<std::vector<MadeSides>> cells(200), others(200);
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    for (auto* const to : {&cells[c], &others[c]}) {
+      to->resize(random() % 5 == 0 ? 0 : random() % 65);
+      for (MadeSides& each : *to) each = someSides(random);
+    }
+    packed.addCell(cells[c]);
+    other.addCell(others[c]);
+  }
+  const auto expectCell = [](const PackedSides& from, std::size_t c, const std::vector<MadeSides>& made) {
+    const auto voxels = static_cast<std::uint32_t>(made.size());
+    if (voxels == 0) return;
+    CellSides sides(from, c, voxels), skipping(from, c, voxels);
+    CellSurfaces surfaces(from, c, voxels);
+    std::uint32_t v = 0;
+    for (const MadeSides& each : made) {
+      for (std::uint32_t s = 0; s < 2; ++s) ASSERT_EQ(CellSides::isFaced(from, c, v, s), each.side[s].isFaced);
+      expectHeld(each, sides.next(), surfaces.next());
+      ++v;
+    }
+    skipping.skip(voxels - 1);
+    ASSERT_EQ(skipping.next()[1].isFaced, made.back().side[1].isFaced);
+  };
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    ASSERT_NO_FATAL_FAILURE(expectCell(packed, c, cells[c]));
+    copy.copyCell(packed, c);
+    // Voxels of both, by turns
+    std::vector<PackedSides::Source> sources;
+    std::vector<MadeSides> made;
+    const auto cell = static_cast<std::uint32_t>(c);
+    for (std::uint32_t v = 0; v < std::max(cells[c].size(), others[c].size()) && made.size() < 63; ++v) {
+      for (const bool own : {true, false}) {
+        const std::vector<MadeSides>& from = own ? cells[c] : others[c];
+        if (v >= from.size() || (v + (own ? 1 : 0)) % 3 == 0) continue;
+        sources.push_back({own ? &packed : &other, cell, v, static_cast<std::uint32_t>(from.size())});
+        made.push_back(from[v]);
+      }
+    }
+    merged.mergeCell(sources);
+    ASSERT_NO_FATAL_FAILURE(expectCell(merged, c, made));
+  }
+  EXPECT_TRUE(copy == packed);
+  copy.append(other);
+  for (std::size_t c = 0; c < others.size(); ++c)
+    ASSERT_NO_FATAL_FAILURE(expectCell(copy, cells.size() + c, others[c]));
   // White stays white, and black black: energy is kept.
-  const VoxelSide white(glm::vec3(0.0f), {0, 1, 0}, glm::vec3(1.0f), 0.0f, {}), black;
-  EXPECT_EQ(white.albedo(), glm::vec3(1.0f));
-  EXPECT_EQ(white.normal(), glm::vec3(0, 1, 0));
-  EXPECT_EQ(black.albedo(), glm::vec3(0.0f));
+  MadeSides plain;
+  plain.side = {VoxelSide{{}, {0, 1, 0}, glm::vec3(1.0f), true}, VoxelSide{{}, {0, 0, 1}, glm::vec3(0.0f), true}};
+  plain.area = {face, face};
+  for (auto& places : plain.places) places.fill({glm::ivec3(0), glm::ivec3(0, 127, 0), 0});
+  PackedSides two(face);
+  two.addCell({&plain, 1});
+  const std::array<VoxelSide, 2> held = CellSides(two, 0, 1).next();
+  EXPECT_EQ(held[0].albedo, glm::vec3(1.0f));
+  EXPECT_EQ(held[0].normal, glm::vec3(0, 1, 0));
+  EXPECT_EQ(held[1].albedo, glm::vec3(0.0f));
 }
 
 TEST(VoxelSides, areaIsTheMeshs) {
@@ -367,7 +451,7 @@ TEST(VoxelSides, areaIsTheMeshs) {
   ASSERT_TRUE(volume);
   double area = 0.0;
   std::uint32_t number = 0;
-  for (std::uint32_t i = 0; i < volume->sideCount(); ++i) area += volume->side(i).area();
+  for (const float each : volume->areas()) area += each;
   EXPECT_NEAR(area, expected, 0.01 * expected);
   // Numbers are the voxels' order: cells, and bits in them.
   const VoxelLayer& layer = volume->standing();
@@ -376,7 +460,7 @@ TEST(VoxelSides, areaIsTheMeshs) {
       if ((layer.bits[c] >> bit & 1u) == 0) continue;
       const glm::ivec3 v = 4 * volume->grid().cellAt(c) + glm::ivec3(bit & 3, bit >> 2 & 3, bit >> 4);
       ASSERT_EQ(layer.numberOf(volume->grid(), v), number);
-      ASSERT_EQ(glm::ivec3(layer.voxel[number++]), v);
+      ASSERT_EQ(volume->voxelOfSide(2 * number++), v);
     }
   }
   EXPECT_EQ(number, layer.occupied);
@@ -397,8 +481,8 @@ TEST(VoxelSides, aThinWallHasTwoColours) {
   ASSERT_TRUE(red.found && blue.found);
   EXPECT_EQ(red.voxel, blue.voxel);
   const std::uint32_t left = volume->sideAt(red.voxel, {1, 0, 0}), right = volume->sideAt(blue.voxel, {-1, 0, 0});
-  EXPECT_NEAR(volume->side(left).albedo().x, 0.8f, 1e-3f);
-  EXPECT_NEAR(volume->side(right).albedo().z, 0.8f, 1e-3f);
+  EXPECT_NEAR(volume->side(left).albedo.x, 0.8f, 1e-3f);
+  EXPECT_NEAR(volume->side(right).albedo.z, 0.8f, 1e-3f);
   EXPECT_EQ(volume->emissionOfSide(left), glm::vec3(0.0f));
   EXPECT_LT(volume->positionOfSide(left).x, 0.01f);
   EXPECT_GT(volume->positionOfSide(right).x, 0.014f);
@@ -453,7 +537,7 @@ TEST(VoxelSides, directLightIsThatOfTheSurface) {
   for (std::uint32_t i = 0; i < volume->sideCount(); ++i) {
     const VoxelSide& side = volume->side(i);
     const glm::vec3 p = volume->grid().toWorld(glm::vec3(volume->voxelOfSide(i)) + 0.5f);
-    if (side.normal().y < 0.5f || p.x < -0.2f) {
+    if (side.normal.y < 0.5f || p.x < -0.2f) {
       EXPECT_EQ(volume->directOf(i), glm::vec3(0.0f));
     } else if (p.x > 0.2f) {
       const double d2 = (p.x - 0.5) * (p.x - 0.5) + 1.44 + p.z * p.z;
