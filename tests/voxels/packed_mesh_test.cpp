@@ -125,6 +125,9 @@ struct CutTriangles {
         triangle.push_back({first, first + 1, first + 2});
         surface.push_back(static_cast<std::uint32_t>(surfaces.size()));
         surfaces.emplace_back().albedo = 0.5f + 0.05f * somewhere();
+        // Neighbours as far apart as colours are
+        if (surfaces.size() % 200 < 3) surfaces.back().albedo = {1.0f, surfaces.size() % 2 == 0 ? 1.0f : 0.0f, 0.0f};
+        if (surfaces.size() % 200 == 3) surfaces.back().albedo = {0.0f, 1.0f, 0.0f};
         if (surfaces.size() % 150 > 70) surfaces.back().emission = glm::vec3(static_cast<float>(surfaces.size()));
       }
     }
