@@ -14,41 +14,44 @@
 namespace relume {
 namespace {
 
-// The vertices of a run, each once: a table of hashes as large as a byte counts.
+// The vertices of a run, each once, by a table of hashes of which a quarter at least stays empty.
 class RunVertices {
  public:
   void clear() { slot_.fill(kEmpty); }
 
   // The vertex's number in its run, which is appended where the run has none of its bits.
-  std::uint8_t numberOf(const glm::vec3& vertex, std::size_t first, std::vector<glm::vec3>& vertices) {
+  std::uint16_t numberOf(const glm::vec3& vertex, std::vector<glm::vec3>& vertices) {
     std::uint32_t bits[3];
     std::memcpy(bits, &vertex, sizeof(bits));
     std::uint32_t hash =
         bits[0] * 2654435769u ^ std::rotl(bits[1] * 2246822519u, 11) ^ std::rotl(bits[2] * 3266489917u, 22);
     hash ^= hash >> 16;
-    for (auto at = static_cast<std::uint8_t>(hash ^ hash >> 8);; ++at) {
-      std::uint8_t& slot = slot_[at];
+    for (std::uint32_t at = hash ^ hash >> 8;; ++at) {
+      std::uint16_t& slot = slot_[at % kSlots];
       if (slot == kEmpty) {
-        slot = static_cast<std::uint8_t>(vertices.size() - first);
+        slot = static_cast<std::uint16_t>(vertices.size());
         vertices.push_back(vertex);
         return slot;
       }
-      if (std::memcmp(&vertices[first + slot], &vertex, sizeof(vertex)) == 0) return slot;
+      if (std::memcmp(&vertices[slot], &vertex, sizeof(vertex)) == 0) return slot;
     }
   }
 
  private:
-  static constexpr std::uint8_t kEmpty = 255;
-  static_assert(3 * kTrianglesOfRun < kEmpty);
-  std::array<std::uint8_t, 256> slot_{};
+  static constexpr std::uint16_t kEmpty = 0xFFFF;
+  static constexpr std::uint32_t kSlots = 4 * kTrianglesOfRun;
+  static_assert(std::has_single_bit(kSlots) && 3 * kTrianglesOfRun < kEmpty);
+  std::array<std::uint16_t, kSlots> slot_{};
 };
 
 bool isSame(const VoxelSurface& a, const VoxelSurface& b) {
   return a.albedo == b.albedo && a.emission == b.emission && a.doubleSided == b.doubleSided;
 }
 
-constexpr std::uint32_t kCountBits = 8, kWidthBits = 6;
+constexpr std::uint32_t kCountBits = 10, kWidthBits = 6;
+constexpr std::size_t kSurfacesCompared = 32;  // with each triangle's
 static_assert(3 * kTrianglesOfRun < 1u << kCountBits);
+static_assert(kTrianglesOfRun <= 256, "a byte numbers the surfaces of a run");
 
 // Zero has one sign, so that equal vertices are of the same bits.
 glm::vec3 withoutSignOfZero(const glm::vec3& v) { return v + 0.0f; }
@@ -92,7 +95,7 @@ class MeshPacker {
       for (int k = 0; k < 3; ++k)
         packed.bits.add(orderedBits(v[k]) - orderedBits(run.min[k]), head.coordinate[static_cast<std::size_t>(k)]);
     }
-    for (const std::uint8_t v : corner_) packed.bits.add(v, head.vertexBits());
+    for (const std::uint16_t v : corner_) packed.bits.add(v, head.vertexBits());
     if (head.surface > 0) {
       for (const std::uint8_t s : surfaceOf_) packed.bits.add(s, head.surface);
     }
@@ -104,15 +107,16 @@ class MeshPacker {
     pieces_.clear();
   }
 
-  // The run's surfaces, each once; or that of each triangle, where most have their own.
+  // The run's surfaces, each once or nearly so; or that of each triangle, where most have their own.
   void findSurfaces(RunHead& head) {
     const std::size_t first = surface_.size();
     surfaceOf_.clear();
     for (const std::uint32_t s : own_) {
-      // Neighbours are alike: the latest first
+      // Neighbours are alike: the latest ones, the last of them first
       std::size_t at = surface_.size();
-      while (at > first && !isSame(surfaces_[surface_[at - 1]], surfaces_[s])) --at;
-      if (at == first) {
+      const std::size_t end = std::max(first, at - std::min(at, kSurfacesCompared));
+      while (at > end && !isSame(surfaces_[surface_[at - 1]], surfaces_[s])) --at;
+      if (at == end) {
         surface_.push_back(s);
         at = surface_.size();
       }
@@ -136,7 +140,7 @@ class MeshPacker {
       for (const glm::vec3& p : tree.corner) {
         run.min = glm::min(run.min, p);
         run.max = glm::max(run.max, p);
-        corner_.push_back(table_.numberOf(p, 0, vertex_));
+        corner_.push_back(table_.numberOf(p, vertex_));
       }
     }
     head.vertices = static_cast<std::uint32_t>(vertex_.size());
@@ -151,7 +155,8 @@ class MeshPacker {
   PieceTrees pieces_;
   std::vector<std::uint32_t> own_;  // of each triangle
   std::vector<glm::vec3> vertex_;
-  std::vector<std::uint8_t> corner_, surfaceOf_;
+  std::vector<std::uint16_t> corner_;
+  std::vector<std::uint8_t> surfaceOf_;
 };
 
 struct PlacedVertex {
