@@ -45,44 +45,44 @@ std::uint32_t backsSeen(const VoxelVolume& volume, const glm::vec3& position) {
   return backs;
 }
 
-// Where the cache of a cell with occupied voxels stands; false where none is free.
-bool placeCache(const VoxelVolume& volume, std::uint32_t cell, const std::array<int, 64>& order, glm::vec3& position) {
+// brickBit() of the voxel in whose middle the cache of a cell stands; nothing where none is free.
+std::optional<std::uint8_t> placeCache(const VoxelVolume& volume, std::uint32_t cell,
+                                       const std::array<int, 64>& order) {
   const std::uint64_t taken = volume.bits()[cell];
-  if (taken == ~std::uint64_t{0}) return false;
+  if (taken == ~std::uint64_t{0}) return std::nullopt;
   const glm::vec3 corner(kBrickSide * volume.grid().cellAt(cell));
-  const auto middleOf = [&](int bit) { return corner + glm::vec3(voxelOfBit(bit)) + 0.5f; };
   // Candidates: one in each eighth of the cell, the nearest to the middle that is free.
   std::uint32_t fewest = kProbes + 1;
   std::uint32_t eighths = 0;
+  std::uint8_t place = 0;
   for (const int bit : order) {
     if (taken >> bit & 1u) continue;
     const glm::ivec3 v = voxelOfBit(bit);
     const std::uint32_t eighth = static_cast<std::uint32_t>((v.x >> 1) | (v.y >> 1) << 1 | (v.z >> 1) << 2);
     if (eighths >> eighth & 1u) continue;
     eighths |= 1u << eighth;
-    const std::uint32_t backs = backsSeen(volume, middleOf(bit));
+    const std::uint32_t backs = backsSeen(volume, corner + glm::vec3(v) + 0.5f);
     if (backs >= fewest) continue;
     fewest = backs;
-    position = middleOf(bit);
+    place = static_cast<std::uint8_t>(bit);
     if (backs == 0) break;
   }
-  return true;
+  return place;
 }
 
-// The planes of voxels: between what faces their two sides.
-void copyPlanes(const VoxelLayer& layer, CellSet& cells) {
-  cells.first = layer.first;
-  cells.plane.resize(layer.kept);
-  forVoxels<CellSides>(layer, cells.grid, 0, layer.kept,
+// Of the planes of voxels, between what faces their two sides.
+std::vector<std::int8_t> heightsOf(const VoxelLayer& layer, const VolumeGrid& grid) {
+  std::vector<std::int8_t> height(layer.kept);
+  forVoxels<CellSides>(layer, grid, 0, layer.kept,
                        [&](std::uint32_t i, const glm::ivec3& /*voxel*/, const std::array<VoxelSide, 2>& sides) {
-                         const glm::i8vec3& axis = layer.axis[i];
+                         const glm::vec3 axis = glm::vec3(layer.axis[i]) / 127.0f;
                          const auto along = [&](const VoxelSide& side) {
-                           return glm::dot(side.place, glm::vec3(axis) / 127.0f) * static_cast<float>(kVoxelSteps);
+                           return glm::dot(side.place, axis) * static_cast<float>(kVoxelSteps);
                          };
-                         const auto place = static_cast<std::int8_t>(
+                         height[i] = static_cast<std::int8_t>(
                              std::clamp(std::lrint(0.5f * (along(sides[0]) + along(sides[1]))), -127l, 127l));
-                         cells.plane[i] = {axis.x, axis.y, axis.z, place};
                        });
+  return height;
 }
 
 // Out of the voxel of another surface, to the side of its plane on which the place is; three times at most.
@@ -91,15 +91,15 @@ glm::vec3 stepOut(const CellSet& cells, glm::vec3 place) {
     const glm::ivec3 v(glm::floor(place));
     if (!cells.grid.holds(v)) return place;
     const std::uint32_t cell = cells.grid.cellOf(v);
-    const std::uint64_t bits = cells.standing[cell];
+    const VoxelLayer& standing = *cells.standing;
+    const std::uint64_t bits = standing.bits[cell];
     if ((bits >> brickBit(v) & 1u) == 0) return place;
-    const std::uint32_t number = cells.first[cell] + countBefore(bits, v);
-    if (number >= cells.plane.size()) return place;
-    const std::array<std::int8_t, 4>& plane = cells.plane[number];
-    const glm::vec3 axis = glm::vec3(plane[0], plane[1], plane[2]) / 127.0f;
-    const float height =
-        glm::dot(place - (glm::vec3(v) + 0.5f), axis) - static_cast<float>(plane[3]) / static_cast<float>(kVoxelSteps);
-    place += axis * (height < 0.0f ? -0.5f : 0.5f);
+    const std::uint32_t number = standing.first[cell] + countBefore(bits, v);
+    if (number >= standing.kept) return place;
+    const glm::vec3 axis = glm::vec3(standing.axis[number]) / 127.0f;
+    const float above = glm::dot(place - (glm::vec3(v) + 0.5f), axis) -
+                        static_cast<float>(cells.height[number]) / static_cast<float>(kVoxelSteps);
+    place += axis * (above < 0.0f ? -0.5f : 0.5f);
   }
   return place;
 }
@@ -110,14 +110,12 @@ CellSet contentOf(const VoxelVolume& volume, const CellSet* before) {
   const VolumeGrid& grid = cells.grid = volume.grid();
   cells.standingVersion = volume.standingVersion();
   cells.slot.assign(grid.cellCount(), kInactive);
+  cells.standing = volume.sharedStanding();
   if (before != nullptr && before->standingVersion == cells.standingVersion) {
-    cells.standing = before->standing;
-    cells.plane = before->plane;
-    cells.first = before->first;
+    cells.height = before->height;
     cells.standingContent = before->standingContent;
   } else {
-    cells.standing.assign(volume.standing().bits.begin(), volume.standing().bits.end());
-    copyPlanes(volume.standing(), cells);
+    cells.height = heightsOf(volume.standing(), grid);
     cells.standingContent.assign(grid.cellCount(), 0);
     addContent(volume.standing(), volume.parallelFor(), cells.standingContent);
   }
@@ -150,26 +148,24 @@ void placeCaches(const VoxelVolume& volume, const CellSet* before, const CellCha
 
   // 2. Where their caches stand
   const std::array<int, 64> order = byDistance();
-  std::vector<glm::vec3> position(wanted.size());
-  std::vector<std::uint8_t> isFree(wanted.size(), 1);
+  std::vector<std::optional<std::uint8_t>> place(wanted.size());
   forChunks(volume.parallelFor(), static_cast<std::uint32_t>(wanted.size()), kCellsOfChunk,
             [&](std::uint32_t begin, std::uint32_t end) {
               for (std::uint32_t i = begin; i < end; ++i) {
                 const glm::ivec3 cell = grid.cellAt(wanted[i]);
                 if (before == nullptr || !changes.seesTheSame(grid, cell, kPlaceReach)) {
-                  isFree[i] = placeCache(volume, wanted[i], order, position[i]) ? 1 : 0;
+                  place[i] = placeCache(volume, wanted[i], order);
                   continue;
                 }
                 const std::uint32_t slot = before->slot[grid.cellIndex(cell + changes.by)];
-                isFree[i] = slot != kInactive ? 1 : 0;
-                if (slot != kInactive) position[i] = before->position[slot] - glm::vec3(kBrickSide * changes.by);
+                if (slot != kInactive) place[i] = before->place[slot];
               }
             });
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    if (isFree[i] == 0) continue;
+    if (!place[i]) continue;
     cells.slot[wanted[i]] = static_cast<std::uint32_t>(cells.active.size());
     cells.active.push_back(wanted[i]);
-    cells.position.push_back(position[i]);
+    cells.place.push_back(*place[i]);
   }
 }
 
@@ -239,9 +235,17 @@ std::optional<ReadPlace> readPlaceOf(const VolumeGrid& grid, const glm::vec3& po
   return ReadPlace{glm::ivec3(first), at - base};
 }
 
-// The cache of one of the eight, kInactive = none.
-std::uint32_t slotOf(const CellSet& cells, const ReadPlace& place, std::size_t k) {
-  return slotAt(cells, place.first + cornerOf(k));
+// One of the eight.
+struct ReadCache {
+  std::uint32_t slot = kInactive;  // kInactive: there is none
+  glm::vec3 position{0.0f};
+};
+
+ReadCache cacheOf(const CellSet& cells, const ReadPlace& place, std::size_t k) {
+  const glm::ivec3 cell = place.first + cornerOf(k);
+  const std::uint32_t slot = slotAt(cells, cell);
+  if (slot == kInactive) return {};
+  return {slot, glm::vec3(cells.voxelIn(cell, slot)) + 0.5f};
 }
 
 }  // namespace
@@ -255,11 +259,11 @@ SeenCaches seenCaches(const CellSet& cells, const glm::vec3& position, const glm
   const glm::vec3 eye = stepOut(cells, position + lift * normal);
   std::uint32_t seen = 0;
   for (std::size_t k = 0; k < 8; ++k) {
-    const std::uint32_t slot = slotOf(cells, *place, k);
-    if (slot == kInactive || glm::dot(cells.position[slot] - position, normal) <= 0.0f) continue;
-    const glm::vec3 toward = cells.position[slot] - eye;
-    const bool hidden =
-        glm::length(toward) > 1e-3f && VoxelMarch(cells.grid, cells.standing.data(), eye, toward).first(1.0f).found;
+    const ReadCache cache = cacheOf(cells, *place, k);
+    if (cache.slot == kInactive || glm::dot(cache.position - position, normal) <= 0.0f) continue;
+    const glm::vec3 toward = cache.position - eye;
+    const bool hidden = glm::length(toward) > 1e-3f &&
+                        VoxelMarch(cells.grid, cells.standing->bits.data(), eye, toward).first(1.0f).found;
     if (!hidden) seen |= 1u << k;
   }
   return static_cast<SeenCaches>(seen);
@@ -276,7 +280,7 @@ CellStencil stencilOf(const CellSet& cells, const glm::vec3& position, const glm
   };
   for (std::size_t k = 0; k < 8; ++k) {
     if ((seen >> k & 1u) == 0) continue;
-    stencil.slot[k] = slotOf(cells, *place, k);
+    stencil.slot[k] = slotAt(cells, place->first + cornerOf(k));
     if (stencil.slot[k] == kInactive) {
       stencil.slot[k] = 0;
       continue;
@@ -287,10 +291,10 @@ CellStencil stencilOf(const CellSet& cells, const glm::vec3& position, const glm
     stencil = {};
     sum = 0.0f;
     for (std::size_t k = 0; k < 8; ++k) {
-      const std::uint32_t slot = slotOf(cells, *place, k);
-      if (slot == kInactive) continue;
-      stencil.slot[k] = slot;
-      weigh(k, glm::dot(cells.position[slot] - position, normal) > 0.0f ? 1.0f : 1e-3f);
+      const ReadCache cache = cacheOf(cells, *place, k);
+      if (cache.slot == kInactive) continue;
+      stencil.slot[k] = cache.slot;
+      weigh(k, glm::dot(cache.position - position, normal) > 0.0f ? 1.0f : 1e-3f);
     }
   }
   for (float& weight : stencil.weight) weight = sum > 0.0f ? weight / sum : 0.0f;

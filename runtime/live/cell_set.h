@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace relume {
@@ -16,16 +17,28 @@ inline constexpr std::uint32_t kInactive = 0xFFFFFFFFu;
 // Active cells: those with an occupied voxel and their 26 neighbours (CRC Section 5, dilation), unless they are full.
 struct CellSet {
   VolumeGrid grid;
-  std::vector<std::uint32_t> active;    // cell of each cache
-  std::vector<std::uint32_t> slot;      // [Size cells] cache of each cell, kInactive = none
-  std::vector<glm::vec3> position;      // [voxels] [Size active] the middle of a voxel that is free
-  std::vector<std::uint64_t> standing;  // [Size cells] bits of what stands: what hides a cache from a receiver
-  // The plane of each standing voxel: 127 times its unit normal, and its place along that. [1/64 voxel from the middle]
-  std::vector<std::array<std::int8_t, 4>> plane;  // [Size voxels that are kept]
-  std::vector<std::uint32_t> first;               // [Size cells] as VoxelLayer's
+  std::vector<std::uint32_t> active;  // cell of each cache
+  std::vector<std::uint32_t> slot;    // [Size cells] cache of each cell, kInactive = none
+  std::vector<std::uint8_t> place;    // [Size active] brickBit() of the free voxel in whose middle it stands
+  // What stands: what hides a cache from a receiver. Null: no cells.
+  std::shared_ptr<const VoxelLayer> standing;
+  // Along its axis, of the plane of each standing voxel. [Size voxels that are kept, 1/64 voxel from the middle]
+  std::vector<std::int8_t> height;
   // What of each cell tells where caches stand and what they see, in one number; of what stands, and of all.
   std::vector<std::uint64_t> standingContent, content;  // [Size cells]
   std::uint64_t standingVersion = 0;                    // VoxelVolume::standingVersion()
+
+  // Where the cache of a cell stands, of a cell that has that one; of any.
+  glm::ivec3 voxelIn(const glm::ivec3& cell, std::uint32_t cache) const {
+    return kBrickSide * cell + voxelOfBit(place[cache]);
+  }
+  glm::ivec3 voxelOf(std::uint32_t cache) const { return voxelIn(grid.cellAt(active[cache]), cache); }
+  glm::vec3 positionOf(std::uint32_t cache) const { return glm::vec3(voxelOf(cache)) + 0.5f; }  // [voxels]
+  // 127 times the unit normal of a standing voxel's plane, and its height.
+  std::array<std::int8_t, 4> planeOf(std::uint32_t voxel) const {
+    const glm::i8vec3& axis = standing->axis[voxel];
+    return {axis.x, axis.y, axis.z, height[voxel]};
+  }
 };
 
 // Deviation: CRC takes places anywhere in a cell. Here the cache stands in the free voxel from which its rays meet the

@@ -110,7 +110,7 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
     const glm::ivec3 cell = voxel >> 2;
     if (!found.changes.seesTheSame(cells.grid, cell, kStencilReach)) return false;
     const std::uint32_t old = cells_.grid.cellIndex(cell + found.changes.by);
-    const std::uint32_t number = cells_.first[old] + countBefore(cells_.standing[old], voxel);
+    const std::uint32_t number = cells_.standing->first[old] + countBefore(cells_.standing->bits[old], voxel);
     if (2 * std::size_t{number} + 1 >= standing_.size()) return false;
     seen = standing_[2 * std::size_t{number} + s % 2];
     return true;
@@ -142,8 +142,9 @@ Status LiveCaches::gather(const VoxelVolume& volume, const LiveFrame& frame, std
       for (std::uint32_t c = begin; c < end; ++c) {
         std::array<float, kCoefficients> sum{};
         float brightest = 0.0f;
+        const glm::vec3 position = cells_.positionOf(c);
         for (std::uint32_t i = 0; i < rays.direction.size(); ++i) {
-          const glm::vec3 radiance = radianceAlong(volume, beyond, cells_.position[c], rays.direction[i], rays.sky[i]);
+          const glm::vec3 radiance = radianceAlong(volume, beyond, position, rays.direction[i], rays.sky[i]);
           if (radiance == glm::vec3(0.0f)) continue;
           brightest = std::max({brightest, radiance.x, radiance.y, radiance.z});
           const float* const y = basis.data() + std::size_t{kBasis} * i;
@@ -214,11 +215,10 @@ std::vector<PassTime> LiveCaches::passTimes() const {
 
 std::vector<std::pair<std::string, std::size_t>> LiveCaches::bufferSizes() const {
   const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
-  return {
-      {"cells", bytes(cells_.active) + bytes(cells_.slot) + bytes(cells_.position) + bytes(cells_.standing) +
-                    bytes(cells_.plane) + bytes(cells_.first) + bytes(cells_.standingContent) + bytes(cells_.content)},
-      {"cell light", bytes(coefficients_) + bytes(brightest_) + bytes(isLit_)},
-      {"caches seen", bytes(standing_) + bytes(moving_)}};
+  return {{"cells", bytes(cells_.active) + bytes(cells_.slot) + bytes(cells_.place) + bytes(cells_.height) +
+                        bytes(cells_.standingContent) + bytes(cells_.content)},
+          {"cell light", bytes(coefficients_) + bytes(brightest_) + bytes(isLit_)},
+          {"caches seen", bytes(standing_) + bytes(moving_)}};
 }
 
 }  // namespace relume

@@ -140,7 +140,7 @@ void RsmLight::findPlaces(const VoxelVolume& volume) {
   std::vector<glm::vec3> places(volume.grid().cellCount());
   for (std::uint32_t c = 0; c < places.size(); ++c) {
     const glm::vec3 middle = static_cast<float>(kBrickSide) * (glm::vec3(volume.grid().cellAt(c)) + 0.5f);
-    places[c] = cells.slot[c] != kInactive ? cells.position[cells.slot[c]] : middle;
+    places[c] = cells.slot[c] != kInactive ? cells.positionOf(cells.slot[c]) : middle;
   }
   places_ = std::move(places);
   standingVersion_ = volume.standingVersion();

@@ -157,15 +157,9 @@ void NestedVolumesGl::write(std::size_t level, const VoxelVolume& volume) {
     if (texel.w != kInactive) texel.w += 64 * to.at.firstCache;
   }
   cells_.writeLayers(cells.grid.cells, to.at.layer, texels.data());
-  std::vector<std::array<std::int8_t, 4>> planes;
-  const bool isDropped = volume.standing().occupied > cells.plane.size();
-  if (isDropped) {
-    planes = cells.plane;
-    planes.resize(volume.standing().occupied);
-  }
-  planes_.write(bytesOf(isDropped ? planes : cells.plane), to.at.firstVoxel / RELUME_LIVE_PLANES_A_ROW);
-  std::vector<std::uint32_t> voxel(cells.position.size());
-  for (std::size_t i = 0; i < voxel.size(); ++i) voxel[i] = packVoxel(glm::ivec3(glm::floor(cells.position[i])));
+  planes_.write(bytesOf(cellPlanes(cells)), to.at.firstVoxel / RELUME_LIVE_PLANES_A_ROW);
+  std::vector<std::uint32_t> voxel(cells.active.size());
+  for (std::uint32_t i = 0; i < voxel.size(); ++i) voxel[i] = packVoxel(cells.voxelOf(i));
   cacheVoxels_.write(4 * std::size_t{to.at.firstCache}, bytesOf(voxel));
   if (!to.moves) return;
   const VoxelLayer& moving = volume.moving();

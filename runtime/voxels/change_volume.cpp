@@ -130,7 +130,7 @@ Status VoxelVolume::refill(const std::vector<Part>& parts, std::span<const PartE
   addBits(grid_, after, parallelFor_, dirty);
   const auto stands = [&](std::uint32_t p) { return !parts[p].part.moves; };
   if (Status ok = snapParts(grid_, parts, boxAround(grid_, dirty), stands, around, counted); !ok) return ok;
-  layer = standing_;
+  layer = *standing_;
   if (!patchSides(grid_, dirty, around, geometry_->surfaces, budget(), parallelFor_, layer))
     return fill(grid_, false, parts, layer, stats);
   stats.occupied = layer.occupied;
@@ -142,7 +142,7 @@ Status VoxelVolume::refill(const std::vector<Part>& parts, std::span<const PartE
 void VoxelVolume::join(SideLight light) noexcept {
   direct_ = std::move(light.direct);
   radiance_ = std::move(light.radiance);
-  for (std::size_t c = 0; c < bits_.size(); ++c) bits_[c] = standing_.bits[c] | moving_.bits[c];
+  for (std::size_t c = 0; c < bits_.size(); ++c) bits_[c] = standing_->bits[c] | moving_.bits[c];
 }
 
 // Dark sides for two layers, of which the first `kept` have the light that they had.
@@ -202,14 +202,15 @@ Result<VoxelVolume::Change> VoxelVolume::findPlaces(const PartPlaces& places) co
       if (Status ok = place(*places.toWorld, parts); !ok) return ok.error();
     }
     if (places.edits) {
-      Status ok = refill(parts, *places.edits, change.standing.emplace(), change.standingStats);
+      change.standing = std::make_shared<VoxelLayer>();
+      Status ok = refill(parts, *places.edits, *change.standing, change.standingStats);
       if (!ok) return ok.error();
     }
     if (places.toWorld) {
       Status ok = fill(grid_, true, parts, change.moving.emplace(), change.movingStats);
       if (!ok) return ok.error();
     }
-    change.light = sideLight(change.standing ? *change.standing : standing_, change.moving ? *change.moving : moving_,
+    change.light = sideLight(change.standing ? *change.standing : *standing_, change.moving ? *change.moving : moving_,
                              places.edits ? 0 : standingSides());
     change.ms_ = watch.lap();
     return change;
@@ -245,7 +246,8 @@ Result<VoxelVolume::Change> VoxelVolume::findShift(const glm::ivec3& shift) cons
   try {
     Change change;
     change.grid = shifted(grid_, shift);
-    VoxelLayer &standing = change.standing.emplace(), &moving = change.moving.emplace();
+    change.standing = std::make_shared<VoxelLayer>();
+    VoxelLayer &standing = *change.standing, &moving = change.moving.emplace();
     change.standingStats = standingStats_;
     const glm::ivec3 by = glm::abs(shift - grid_.shift);
     // Uncovered cells are most of it, or the rest is beyond the budget.
@@ -253,7 +255,7 @@ Result<VoxelVolume::Change> VoxelVolume::findShift(const glm::ivec3& shift) cons
     if (isAfar) {
       if (Status ok = fill(*change.grid, false, parts_, standing, change.standingStats); !ok) return ok.error();
     } else {
-      standing = standing_;
+      standing = *standing_;
       VolumeGrid from = grid_;
       for (int axis = 0; axis < 3; ++axis) {
         if (by[axis] == 0) continue;
@@ -277,7 +279,7 @@ void VoxelVolume::take(Change change) noexcept {
   if (change.parts) parts_ = std::move(*change.parts);
   if (change.grid) grid_ = *change.grid;
   if (change.standing) {
-    standing_ = std::move(*change.standing);
+    standing_ = std::move(change.standing);
     standingStats_ = change.standingStats;
     standingVersion_ = newVersion();
     voxeliseMs_ = change.ms_;
@@ -298,14 +300,14 @@ std::uint32_t VoxelVolume::budget() const {
 
 Status VoxelVolume::fillAll() {
   Stopwatch watch;
-  for (const bool moves : {false, true}) {
-    Status ok = fill(grid_, moves, parts_, moves ? moving_ : standing_, moves ? movingStats_ : standingStats_);
-    if (!ok) return ok;
-  }
+  auto standing = std::make_shared<VoxelLayer>();
+  if (Status ok = fill(grid_, false, parts_, *standing, standingStats_); !ok) return ok;
+  if (Status ok = fill(grid_, true, parts_, moving_, movingStats_); !ok) return ok;
+  standing_ = std::move(standing);
   standingVersion_ = newVersion();
   movingVersion_ = newVersion();
   bits_.resize(grid_.cellCount());
-  join(sideLight(standing_, moving_, 0));
+  join(sideLight(*standing_, moving_, 0));
   voxeliseMs_ = watch.lap();
   return done();
 }

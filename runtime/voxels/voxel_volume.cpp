@@ -201,7 +201,7 @@ void VoxelVolume::reflect(const SideIrradiance& bounced, const glm::vec3& emissi
   Stopwatch watch;
   forChunks(parallelFor_, sideCount(), 8 * kSides, [&](std::uint32_t first, std::uint32_t last) {
     const std::uint32_t moving = std::clamp(standingSides(), first, last);
-    EmissionReader standing(standing_, first), moves(moving_, moving - standingSides());
+    EmissionReader standing(*standing_, first), moves(moving_, moving - standingSides());
     forSides(first, last, [&](const SideAt& at) {
       const std::uint32_t i = at.index;
       const glm::vec3 irradiance = bounced ? directOf(i) + bounced(at) : directOf(i);
@@ -222,24 +222,24 @@ MarchHit VoxelVolume::march(const glm::vec3& originWorld, const glm::vec3& direc
 
 std::uint32_t VoxelVolume::sideAt(const glm::ivec3& voxel, const glm::vec3& direction) const {
   const bool moves = moving_.has(grid_, voxel);
-  const VoxelLayer& layer = moves ? moving_ : standing_;
+  const VoxelLayer& layer = moves ? moving_ : *standing_;
   const std::uint32_t number = layer.numberOf(grid_, voxel);
   if (number >= layer.kept) return kNoSide;
-  const std::uint32_t at = moves ? standing_.kept + number : number;
+  const std::uint32_t at = moves ? standing_->kept + number : number;
   return 2 * at + (radiance_[at].isFront(direction) ? 0 : 1);
 }
 
 bool VoxelVolume::meetsBack(const glm::ivec3& voxel, const glm::vec3& direction) const {
   const std::uint32_t side = sideAt(voxel, direction);
   if (side == kNoSide) return false;
-  const VoxelLayer& layer = moving_.has(grid_, voxel) ? moving_ : standing_;
+  const VoxelLayer& layer = moving_.has(grid_, voxel) ? moving_ : *standing_;
   const std::uint32_t cell = grid_.cellOf(voxel);
   return !CellSides::isFaced(layer.sides, cell, countBefore(layer.bits[cell], voxel), side % 2);
 }
 
 std::array<SideAt, 2> VoxelVolume::sidesAt(const glm::ivec3& voxel) const {
   const bool moves = moving_.has(grid_, voxel);
-  const VoxelLayer& layer = moves ? moving_ : standing_;
+  const VoxelLayer& layer = moves ? moving_ : *standing_;
   const std::uint32_t cell = grid_.cellOf(voxel),
                       front = 2 * layer.numberOf(grid_, voxel) + (moves ? standingSides() : 0);
   CellSides sides(layer.sides, cell, layer.keptOf(cell));
@@ -250,7 +250,7 @@ std::array<SideAt, 2> VoxelVolume::sidesAt(const glm::ivec3& voxel) const {
 
 SideAt VoxelVolume::sideOf(std::uint32_t index) const {
   const bool moves = index >= standingSides();
-  const VoxelLayer& layer = moves ? moving_ : standing_;
+  const VoxelLayer& layer = moves ? moving_ : *standing_;
   const VoxelCursor at(layer, grid_, (moves ? index - standingSides() : index) / 2);
   CellSides sides(layer.sides, at.cell(), layer.keptOf(at.cell()));
   sides.skip(at.inCell());
@@ -289,9 +289,9 @@ std::vector<std::pair<std::string, std::size_t>> VoxelVolume::bufferSizes() cons
   };
   std::size_t geometry = geometry_->surfaces.bytes() + bytes(parts_);
   for (const PackedMesh& mesh : geometry_->mesh) geometry += mesh.bytes();
-  return {{"bricks",
-           bytes(bits_) + bytes(standing_.bits) + bytes(standing_.first) + bytes(moving_.bits) + bytes(moving_.first)},
-          {"voxel sides", sidesOf(standing_) + sidesOf(moving_)},
+  return {{"bricks", bytes(bits_) + bytes(standing_->bits) + bytes(standing_->first) + bytes(moving_.bits) +
+                         bytes(moving_.first)},
+          {"voxel sides", sidesOf(*standing_) + sidesOf(moving_)},
           {"voxel light", bytes(direct_) + bytes(radiance_)},
           {"voxel geometry", geometry}};
 }

@@ -126,11 +126,13 @@ class VoxelVolume {
   const VolumeGrid& grid() const { return grid_; }
   // Bits of what stands and of what moves. [Size cells]
   std::span<const std::uint64_t> bits() const { return bits_; }
-  const VoxelLayer& standing() const { return standing_; }
+  const VoxelLayer& standing() const { return *standing_; }
+  // The same, for who keeps it beyond the volume's next change: layers do not change, but give way to others.
+  const std::shared_ptr<const VoxelLayer>& sharedStanding() const { return standing_; }
   const VoxelLayer& moving() const { return moving_; }
   // Sides of standing voxels, then those of moving ones.
-  std::uint32_t sideCount() const { return standing_.sideCount() + moving_.sideCount(); }
-  std::uint32_t standingSides() const { return standing_.sideCount(); }
+  std::uint32_t sideCount() const { return standing_->sideCount() + moving_.sideCount(); }
+  std::uint32_t standingSides() const { return standing_->sideCount(); }
   // visit(SideAt) of sides [begin, end), which takes less than one by one.
   template <class Visit>
   void forSides(std::uint32_t begin, std::uint32_t end, const Visit& visit) const {
@@ -152,7 +154,7 @@ class VoxelVolume {
   glm::vec3 positionOf(const SideAt& at) const { return grid_.placeInVoxel(at.voxel, at.side.place); }  // [m]
   std::vector<float> areas() const;                      // of all sides [m²]; 0 where no triangle faces it
   glm::vec3 emissionOfSide(std::uint32_t index) const {  // [W/m²/sr]
-    return index < standingSides() ? standing_.emissionOf(index) : moving_.emissionOf(index - standingSides());
+    return index < standingSides() ? standing_->emissionOf(index) : moving_.emissionOf(index - standingSides());
   }
   glm::vec3 directOf(std::uint32_t side) const { return direct_[side].value(); }  // [W/m²]
 
@@ -173,10 +175,10 @@ class VoxelVolume {
   // `voxel` is occupied.
   glm::vec3 radianceAt(const glm::ivec3& voxel, const glm::vec3& direction) const {
     const bool moves = moving_.occupied > 0 && moving_.has(grid_, voxel);
-    const VoxelLayer& layer = moves ? moving_ : standing_;
+    const VoxelLayer& layer = moves ? moving_ : *standing_;
     const std::uint32_t number = layer.numberOf(grid_, voxel);
     if (number >= layer.kept) return glm::vec3(0.0f);
-    return radiance_[moves ? standing_.kept + number : number].along(direction);
+    return radiance_[moves ? standing_->kept + number : number].along(direction);
   }
 
   // Change with every create() and edit(), and with every move(), to what no other volume of the process has or had but
@@ -206,7 +208,7 @@ class VoxelVolume {
   template <class Read, class Visit>
   void forLayers(std::uint32_t begin, std::uint32_t end, const Visit& visit) const {
     std::uint32_t first = 0;  // of the layer's voxels
-    for (const VoxelLayer* layer : {&standing_, &moving_}) {
+    for (const VoxelLayer* layer : {standing_.get(), &moving_}) {
       const std::uint32_t low = std::max(begin, 2 * first), high = std::min(end, 2 * (first + layer->kept));
       if (low < high) {
         forVoxels<Read>(*layer, grid_, low / 2 - first, (high + 1) / 2 - first,
@@ -240,7 +242,8 @@ class VoxelVolume {
   std::vector<Part> parts_;
   std::uint32_t surfaceBudget_ = 0;  // as VoxelOptions has it
   ParallelFor parallelFor_;
-  VoxelLayer standing_, moving_;
+  std::shared_ptr<const VoxelLayer> standing_;  // which copies share
+  VoxelLayer moving_;
   VoxelStats standingStats_, movingStats_;
   std::vector<std::uint64_t> bits_;
   std::vector<PackedLight> direct_;
@@ -258,7 +261,8 @@ class VoxelVolume::Change {
   friend class VoxelVolume;
   std::optional<std::vector<Part>> parts;
   std::optional<VolumeGrid> grid;
-  std::optional<VoxelLayer> standing, moving;
+  std::shared_ptr<VoxelLayer> standing;
+  std::optional<VoxelLayer> moving;
   VoxelStats standingStats, movingStats;
   SideLight light;
   double ms_ = 0.0;

@@ -65,10 +65,9 @@ void expectFoundAnew(const CellSet& kept, const VoxelVolume& volume) {
   const CellSet found = findCells(volume);
   EXPECT_EQ(kept.active, found.active);
   EXPECT_EQ(kept.slot, found.slot);
-  EXPECT_EQ(kept.position, found.position);
+  EXPECT_EQ(kept.place, found.place);
   EXPECT_EQ(kept.standing, found.standing);
-  EXPECT_EQ(kept.plane, found.plane);
-  EXPECT_EQ(kept.first, found.first);
+  EXPECT_EQ(kept.height, found.height);
   EXPECT_EQ(kept.content, found.content);
 }
 

@@ -8,7 +8,6 @@
 #include <glm/gtc/type_ptr.hpp>
 
 #include <algorithm>
-#include <bit>
 #include <string>
 
 namespace relume {
@@ -51,8 +50,7 @@ void addLight(const LiveCaches& light, LiveTexels& texels) {
   }
 }
 
-// Where the volume's layers are in the texture, which is as wide as the widest of all. Planes of voxels that were
-// dropped are nothing: who is in one stays there.
+// Where the volume's layers are in the texture, which is as wide as the widest of all.
 void addCells(const CellSet& cells, const ResolvedVolume& volume, LiveTexels& texels) {
   const std::uint32_t caches = static_cast<std::uint32_t>(texels.light.size()),
                       planes = static_cast<std::uint32_t>(texels.plane.size());
@@ -64,10 +62,8 @@ void addCells(const CellSet& cells, const ResolvedVolume& volume, LiveTexels& te
     if (texel.w != kInactive) texel.w += 64 * caches;
     texels.cell[static_cast<std::size_t>((at.z * texels.size.y + at.y) * texels.size.x + at.x)] = texel;
   }
-  texels.plane.insert(texels.plane.end(), cells.plane.begin(), cells.plane.end());
-  if (cells.first.empty()) return;
-  const std::size_t occupied = cells.first.back() + static_cast<std::size_t>(std::popcount(cells.standing.back()));
-  texels.plane.resize(std::max(texels.plane.size(), planes + occupied));
+  const std::vector<std::array<std::int8_t, 4>> plane = cellPlanes(cells);
+  texels.plane.insert(texels.plane.end(), plane.begin(), plane.end());
 }
 
 }  // namespace
