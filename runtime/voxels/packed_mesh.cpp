@@ -95,16 +95,27 @@ class MeshPacker {
       for (int k = 0; k < 3; ++k)
         packed.bits.add(orderedBits(v[k]) - orderedBits(run.min[k]), head.coordinate[static_cast<std::size_t>(k)]);
     }
-    for (const std::uint16_t v : corner_) packed.bits.add(v, head.vertexBits());
     if (head.surface > 0) {
       for (const std::uint8_t s : surfaceOf_) packed.bits.add(s, head.surface);
     }
-    if (head.isCut) {
-      for (const std::uint8_t cut : pieces_.cuts()) packed.bits.add(cut, kCutBits);
-    }
+    addTrees(head, packed.bits);
     packed.triangles += own_.size();
     own_.clear();
     pieces_.clear();
+  }
+
+  void addTrees(const RunHead& head, PackedBits& to) const {
+    std::uint32_t seen = 0;  // vertices
+    for (std::size_t t = 0; t < head.trees; ++t) {
+      for (std::size_t c = 3 * t; c < 3 * t + 3; ++c) {
+        to.add(corner_[c], cornerBits(seen));
+        if (corner_[c] == seen) ++seen;
+      }
+      if (!head.isCut) continue;
+      const bool isLast = t + 1 == head.trees;
+      const std::size_t end = isLast ? pieces_.cuts().size() : pieces_.trees()[t + 1].firstCut;
+      for (std::size_t i = pieces_.trees()[t].firstCut; i < end; ++i) to.add(pieces_.cuts()[i], kCutBits);
+    }
   }
 
   // The run's surfaces, each once or nearly so; or that of each triangle, where most have their own.

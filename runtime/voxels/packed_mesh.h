@@ -28,8 +28,9 @@ namespace relume {
 // The triangles of a mesh that are there.
 struct PackedMesh {
   std::vector<TriangleRun> run;  // of kTrianglesOfRun triangles each but the last
-  // Of each run its head; vertices, each coordinate from the run's least on; corners of its trees; surfaces of its
-  // triangles, unless each has the next one; cuts, where there are any.
+  // Of each run its head; vertices, each coordinate from the run's least on; surfaces of its triangles, unless each has
+  // the next one; of each tree its corners, and its cuts where the run has any. Vertices are in the order in which
+  // corners have them first: a corner's number is at most how many there were before it.
   PackedBits bits;
   std::size_t triangles = 0;
 
@@ -53,8 +54,11 @@ struct RunHead {
 
   static RunHead read(PackedBitsReader& from);
   void add(PackedBits& to) const;
-  std::uint32_t vertexBits() const { return static_cast<std::uint32_t>(std::bit_width(vertices - 1)); }
 };
+
+inline std::uint32_t cornerBits(std::uint32_t verticesBefore) {
+  return static_cast<std::uint32_t>(std::bit_width(verticesBefore));
+}
 
 // Floats as integers in the same order.
 std::uint32_t orderedBits(float v);
@@ -81,17 +85,21 @@ class RunReader {
                             static_cast<std::uint32_t>(from.next(head.coordinate[static_cast<std::size_t>(k)])));
       vertex_.push_back(make_(position));
     }
-    PackedBitsReader surfaces(mesh_.bits, from.place() + std::size_t{3} * head.trees * head.vertexBits());
-    PackedBitsReader cuts(mesh_.bits, surfaces.place() + std::size_t{mesh_.trianglesOf(r)} * head.surface);
-    std::uint32_t triangle = 0;
+    PackedBitsReader surfaces = from,
+                     trees(mesh_.bits, from.place() + std::size_t{mesh_.trianglesOf(r)} * head.surface);
+    std::uint32_t triangle = 0, seen = 0;  // of vertices
     for (std::uint32_t t = 0; t < head.trees; ++t) {
       std::array<Corner, 3> corner;
-      for (Corner& each : corner) each = vertex_[from.next(head.vertexBits())];
+      for (Corner& each : corner) {
+        const auto v = static_cast<std::uint32_t>(trees.next(cornerBits(seen)));
+        each = vertex_[v];
+        if (v == seen) ++seen;
+      }
       stack_.assign(1, corner);
       while (!stack_.empty()) {
         const std::array<Corner, 3> now = stack_.back();
         stack_.pop_back();
-        const auto cut = head.isCut ? static_cast<std::uint32_t>(cuts.next(kCutBits)) : 0u;
+        const auto cut = head.isCut ? static_cast<std::uint32_t>(trees.next(kCutBits)) : 0u;
         if (cut != 0) {
           splitLong(*this, longEdges(cut), now, stack_);
           continue;
