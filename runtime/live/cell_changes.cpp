@@ -5,7 +5,6 @@
 #include "runtime/shared/chunks.h"
 
 #include <algorithm>
-#include <bit>
 
 namespace relume {
 namespace {
@@ -18,10 +17,6 @@ class Digest {
   void add(std::uint64_t value) {
     sum_ = (sum_ ^ value) * 0x9E3779B97F4A7C15u;
     sum_ ^= sum_ >> 29;
-  }
-  void add(const glm::vec3& v) {
-    add(std::uint64_t{std::bit_cast<std::uint32_t>(v.x)} << 32 | std::bit_cast<std::uint32_t>(v.y));
-    add(std::bit_cast<std::uint32_t>(v.z));
   }
   std::uint64_t sum() const { return sum_; }
 
@@ -39,16 +34,11 @@ void addContent(const VoxelLayer& layer, const ParallelFor& parallelFor, std::sp
                 Digest digest;
                 digest.add(content[c]);
                 digest.add(layer.bits[c]);
-                const std::uint32_t count = layer.keptOf(c);
-                CellSides sides(layer.sides, c, count);
-                for (std::uint32_t v = layer.first[c]; v < layer.first[c] + count; ++v) {
-                  digest.add(glm::vec3(layer.axis[v]));
-                  for (const VoxelSide& side : sides.next()) {
-                    digest.add(side.place);
-                    digest.add(side.normal);
-                    digest.add(side.isFaced ? 1 : 0);
-                  }
+                for (std::uint32_t v = layer.first[c]; v < layer.first[c] + layer.keptOf(c); ++v) {
+                  const glm::u8vec3 axis(layer.axis[v]);
+                  digest.add(std::uint64_t{axis.x} << 16 | std::uint64_t{axis.y} << 8 | axis.z);
                 }
+                layer.sides.forWords(c, [&](std::uint64_t word) { digest.add(word); });
                 content[c] = digest.sum();
               }
             });

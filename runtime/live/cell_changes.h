@@ -13,8 +13,8 @@
 
 namespace relume {
 
-// Mix into the number of each cell what of a layer tells where caches stand: its voxels, and where their sides are and
-// face. The same for cells whose content is the same, wherever the grid is. [Size content: cells]
+// Mix into the number of each cell what of a layer tells where caches stand: its voxels and their sides. The same for
+// cells whose content is the same, wherever the grid is. [Size content: cells]
 void addContent(const VoxelLayer& layer, const ParallelFor& parallelFor, std::span<std::uint64_t> content);
 
 inline constexpr int kFarthestChange = 6;  // [cells] as far as changes are looked for

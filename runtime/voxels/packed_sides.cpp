@@ -248,8 +248,7 @@ void PackedSides::append(const PackedSides& other) {
 void PackedSides::copyCell(const PackedSides& from, std::size_t cell) {
   bits_.alignToByte();
   firstByte_.push_back(static_cast<std::uint32_t>(bits_.size() / 8));
-  const bool isLast = cell + 1 == from.firstByte_.size();
-  bits_.addBytes(from.bits_, from.blockOf(cell), isLast ? from.bits_.size() : from.blockOf(cell + 1));
+  bits_.addBytes(from.bits_, from.blockOf(cell), from.endOf(cell));
 }
 
 void PackedSides::mergeCell(std::span<const Source> voxels) {

@@ -13,6 +13,7 @@
 #include "runtime/voxels/packed_bits.h"
 #include "runtime/voxels/voxel_side.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -46,6 +47,15 @@ class PackedSides {
   void mergeCell(std::span<const Source> voxels);
   void shrinkToFit();
 
+  // visit(word) of all that is kept of a cell: the same numbers where that is the same.
+  template <class Visit>
+  void forWords(std::size_t cell, const Visit& visit) const {
+    constexpr std::size_t kWord = 56;
+    const std::size_t end = endOf(cell);
+    for (std::size_t at = blockOf(cell); at < end; at += kWord)
+      visit(bits_.at(at, static_cast<std::uint32_t>(std::min(kWord, end - at))));
+  }
+
   std::size_t bytes() const { return firstByte_.size() * sizeof(firstByte_[0]) + bits_.bytes(); }
   bool operator==(const PackedSides&) const = default;
 
@@ -53,6 +63,9 @@ class PackedSides {
   friend class CellSides;
   friend class CellSurfaces;
   std::size_t blockOf(std::size_t cell) const { return std::size_t{8} * firstByte_[cell]; }  // its first bit
+  std::size_t endOf(std::size_t cell) const {                                                // that after its last byte
+    return cell + 1 < firstByte_.size() ? blockOf(cell + 1) : bits_.size();
+  }
 
   float face_;
   std::vector<std::uint32_t> firstByte_;  // of each cell
