@@ -51,6 +51,11 @@ glm::vec3 axisOf(std::uint32_t direction) {
   return axis;
 }
 
+float wallDepth(const VoxelVolume& volume, std::uint32_t side) {
+  const glm::ivec3 axis = glm::abs(glm::ivec3(volume.axisOf(side / 2)));
+  return depthOfWall(std::max({axis.x, axis.y, axis.z}));
+}
+
 // What a ray of a direction sees of an occupied voxel; with one direction for all, the mean of its sides by their
 // areas.
 glm::vec4 ofVoxel(const VoxelVolume& volume, std::span<const float> areas, const glm::ivec3& voxel,
@@ -58,7 +63,7 @@ glm::vec4 ofVoxel(const VoxelVolume& volume, std::span<const float> areas, const
   const std::uint32_t side = volume.sideAt(voxel, direction);
   if (side == kNoSide) return {0.0f, 0.0f, 0.0f, kSolidDepth};
   const VoxelRadiance& r = volume.radiance()[side / 2];
-  const float depth = depthOfWall(std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2])}));
+  const float depth = wallDepth(volume, side);
   if (sides) return {depth * r.of(side), depth};
   const float a = areas[side & ~1u], b = areas[side | 1u];
   return {depth * glm::mix(r.back(), r.front(), a + b > 0.0f ? a / (a + b) : 0.5f), depth};
@@ -71,9 +76,9 @@ glm::vec4 ofVoxelAlong(const VoxelVolume& volume, const glm::ivec3& voxel, std::
   const std::uint32_t side = volume.sideAt(voxel, axisOf(direction));
   if (side == kNoSide) return {0.0f, 0.0f, 0.0f, kSolidDepth};
   const VoxelRadiance& r = volume.radiance()[side / 2];
-  const float cosine = std::abs(static_cast<float>(r.axis[direction / 2])) / 127.0f,
-              depth = depthOfWall(std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2])})) *
-                      std::max(cosine, kEdgeOn);
+  const glm::ivec3 axis(volume.axisOf(side / 2));
+  const float cosine = static_cast<float>(std::abs(axis[static_cast<int>(direction / 2)])) / 127.0f,
+              depth = wallDepth(volume, side) * std::max(cosine, kEdgeOn);
   const auto of = [&r](std::uint32_t s) { return r.of(s); };
   const bool isBack = volume.meetsBack(voxel, axisOf(direction));
   return {depth * glm::mix(of(isBack ? side ^ 1u : side), of(side), cosine), depth};

@@ -49,8 +49,8 @@ std::uint32_t voxelAt(const VoxelVolume& volume, const glm::ivec3& v) {
 // Which side of a voxel a surface with this normal is counted to, as voxel_layer.cpp counts its area. Both are 127
 // times a unit vector.
 std::uint32_t sideFacing(const VoxelVolume& volume, std::uint32_t voxel, const glm::ivec3& normal) {
-  const auto& axis = volume.radiance()[voxel].axis;
-  return 2 * voxel + (normal.x * axis[0] + normal.y * axis[1] + normal.z * axis[2] >= 0 ? 0 : 1);
+  const glm::ivec3 axis(volume.axisOf(voxel));
+  return 2 * voxel + (normal.x * axis.x + normal.y * axis.y + normal.z * axis.z >= 0 ? 0 : 1);
 }
 
 glm::ivec3 inBytes(const glm::vec3& normal) { return glm::ivec3(glm::floor(127.0f * normal + 0.5f)); }

@@ -113,13 +113,16 @@ std::vector<glm::vec4> ConeVolume::radianceTexels(const VoxelVolume& volume,
   texels.reserve(2 * source_.size());
   for (const ConeSource& source : source_) {
     VoxelRadiance r;
-    if (source.voxel != kNoSource) r = volume.radiance()[source.voxel];
+    glm::ivec3 toward(0);
+    if (source.voxel != kNoSource) {
+      r = volume.radiance()[source.voxel];
+      toward = glm::ivec3(volume.axisOf(source.voxel));
+    }
     glm::vec3 front = r.front(), back = r.back();
     if (directions == RadianceMips::Directions::one) front = back = glm::mix(back, front, source.front);
-    const int longest = std::max({std::abs(r.axis[0]), std::abs(r.axis[1]), std::abs(r.axis[2])});
+    const int longest = std::max({std::abs(toward.x), std::abs(toward.y), std::abs(toward.z)});
     const float depth = source.voxel == kNoSource ? kSolidDepth : depthOfWall(longest);
-    const float axis =
-        source.voxel == kNoSource ? 0.0f : static_cast<float>(packAxis({r.axis[0], r.axis[1], r.axis[2]}));
+    const float axis = source.voxel == kNoSource ? 0.0f : static_cast<float>(packAxis(toward));
     texels.emplace_back(front, axis);
     texels.emplace_back(back, depth);
   }
@@ -134,8 +137,7 @@ std::vector<RelumeRsmVoxel> ConeVolume::rsmVoxels(const VoxelVolume& volume) con
     RelumeRsmVoxel& to = voxels[i];
     to = {0, kRelumeNone, kRelumeNone, source_[i].front, glm::vec4(0.0f), glm::vec4(0.0f)};
     if (from == kNoSource) continue;
-    const auto& axis = volume.radiance()[from].axis;
-    to.axis = packAxis({axis[0], axis[1], axis[2]});
+    to.axis = packAxis(glm::ivec3(volume.axisOf(from)));
     to.front = targets.side[2 * std::size_t{from}];
     to.back = targets.side[2 * std::size_t{from} + 1];
     to.frontLight = glm::vec4(volume.emissionOfSide(2 * from), targets.perFlux[2 * std::size_t{from}]);

@@ -154,10 +154,6 @@ VoxelVolume::SideLight VoxelVolume::sideLight(const VoxelLayer& standing, const 
   light.radiance.assign(radiance_.begin(), radiance_.begin() + static_cast<std::ptrdiff_t>(same / 2));
   light.direct.resize(sides);
   light.radiance.resize(sides / 2);
-  for (std::size_t v = same / 2; v < sides / 2; ++v) {
-    const glm::i8vec3& axis = v < standing.kept ? standing.axis[v] : moving.axis[v - standing.kept];
-    light.radiance[v].axis = {axis.x, axis.y, axis.z};
-  }
   return light;
 }
 

@@ -226,7 +226,7 @@ std::uint32_t VoxelVolume::sideAt(const glm::ivec3& voxel, const glm::vec3& dire
   const std::uint32_t number = layer.numberOf(grid_, voxel);
   if (number >= layer.kept) return kNoSide;
   const std::uint32_t at = moves ? standing_->kept + number : number;
-  return 2 * at + (radiance_[at].isFront(direction) ? 0 : 1);
+  return 2 * at + (isFront(layer.axis[number], direction) ? 0 : 1);
 }
 
 bool VoxelVolume::meetsBack(const glm::ivec3& voxel, const glm::vec3& direction) const {

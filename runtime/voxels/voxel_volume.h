@@ -54,30 +54,27 @@ struct PartPlaces {
   std::optional<std::span<const glm::mat4x3>> toWorld;
 };
 
-// What rays read of an occupied voxel, in a quarter of a cache line.
-class alignas(16) VoxelRadiance {
+// What an occupied voxel sends out; rays see the front against its axis.
+class VoxelRadiance {
  public:
   glm::vec3 front() const { return front_.value(); }  // [W/m²/sr]
   glm::vec3 back() const { return back_.value(); }
   // Of the volume's side of that number.
   glm::vec3 of(std::uint32_t side) const { return side % 2 == 0 ? front() : back(); }
   void set(std::uint32_t side, const glm::vec3& radiance) { (side % 2 == 0 ? front_ : back_) = PackedLight(radiance); }
-
-  // Whether a ray of this direction meets the front.
-  bool isFront(const glm::vec3& direction) const {
-    return static_cast<float>(axis[0]) * direction.x + static_cast<float>(axis[1]) * direction.y +
-               static_cast<float>(axis[2]) * direction.z <
-           0.0f;
-  }
-  glm::vec3 along(const glm::vec3& direction) const { return (isFront(direction) ? front_ : back_).value(); }
   bool operator==(const VoxelRadiance&) const = default;
-
-  std::array<std::int8_t, 3> axis{};  // toward the front, 127 times the unit vector
 
  private:
   PackedLight front_, back_;
 };
-static_assert(sizeof(VoxelRadiance) == 16);
+static_assert(sizeof(VoxelRadiance) == 12);
+
+// Whether a ray of this direction meets the front of a voxel with this axis.
+inline bool isFront(const glm::i8vec3& axis, const glm::vec3& direction) {
+  return static_cast<float>(axis.x) * direction.x + static_cast<float>(axis.y) * direction.y +
+             static_cast<float>(axis.z) * direction.z <
+         0.0f;
+}
 
 // A side where it is.
 struct SideAt {
@@ -162,6 +159,10 @@ class VoxelVolume {
   MarchHit march(const glm::vec3& originWorld, const glm::vec3& direction, float maxT) const;
   // [Size sideCount() / 2] of standing voxels, then of moving ones.
   std::span<const VoxelRadiance> radiance() const { return radiance_; }
+  // Of one of them: toward its front, 127 times the unit vector.
+  const glm::i8vec3& axisOf(std::uint32_t voxel) const {
+    return voxel < standing_->kept ? standing_->axis[voxel] : moving_.axis[voxel - standing_->kept];
+  }
   // The side of an occupied voxel that a ray of this direction meets; where both layers have the voxel, of what moves.
   // kNoSide for voxels that were dropped.
   std::uint32_t sideAt(const glm::ivec3& voxel, const glm::vec3& direction) const;
@@ -178,7 +179,7 @@ class VoxelVolume {
     const VoxelLayer& layer = moves ? moving_ : *standing_;
     const std::uint32_t number = layer.numberOf(grid_, voxel);
     if (number >= layer.kept) return glm::vec3(0.0f);
-    return radiance_[moves ? standing_->kept + number : number].along(direction);
+    return radiance_[moves ? standing_->kept + number : number].of(isFront(layer.axis[number], direction) ? 0 : 1);
   }
 
   // Change with every create() and edit(), and with every move(), to what no other volume of the process has or had but
