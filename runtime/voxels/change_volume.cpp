@@ -18,7 +18,7 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kSnapChunk = 16;  // runs
+constexpr std::uint32_t kSnapChunk = 8;  // runs
 
 // Of no other volume, so that what is kept of one is not taken for another's.
 std::uint64_t newVersion() {

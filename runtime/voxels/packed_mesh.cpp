@@ -48,10 +48,9 @@ bool isSame(const VoxelSurface& a, const VoxelSurface& b) {
   return a.albedo == b.albedo && a.emission == b.emission && a.doubleSided == b.doubleSided;
 }
 
-constexpr std::uint32_t kCountBits = 10, kWidthBits = 6;
+constexpr std::uint32_t kCountBits = 11, kWidthBits = 6;
 constexpr std::size_t kSurfacesCompared = 32;  // with each triangle's
 static_assert(3 * kTrianglesOfRun < 1u << kCountBits);
-static_assert(kTrianglesOfRun <= 256, "a byte numbers the surfaces of a run");
 
 // Zero has one sign, so that equal vertices are of the same bits.
 glm::vec3 withoutSignOfZero(const glm::vec3& v) { return v + 0.0f; }
@@ -96,7 +95,7 @@ class MeshPacker {
         packed.bits.add(orderedBits(v[k]) - orderedBits(run.min[k]), head.coordinate[static_cast<std::size_t>(k)]);
     }
     if (head.surface > 0) {
-      for (const std::uint8_t s : surfaceOf_) packed.bits.add(s, head.surface);
+      for (const std::uint16_t s : surfaceOf_) packed.bits.add(s, head.surface);
     }
     addTrees(head, packed.bits);
     packed.triangles += own_.size();
@@ -131,7 +130,7 @@ class MeshPacker {
         surface_.push_back(s);
         at = surface_.size();
       }
-      surfaceOf_.push_back(static_cast<std::uint8_t>(at - 1 - first));
+      surfaceOf_.push_back(static_cast<std::uint16_t>(at - 1 - first));
     }
     const std::size_t once = surface_.size() - first;
     if (8 * once > 7 * own_.size()) {
@@ -166,8 +165,7 @@ class MeshPacker {
   PieceTrees pieces_;
   std::vector<std::uint32_t> own_;  // of each triangle
   std::vector<glm::vec3> vertex_;
-  std::vector<std::uint16_t> corner_;
-  std::vector<std::uint8_t> surfaceOf_;
+  std::vector<std::uint16_t> corner_, surfaceOf_;
 };
 
 struct PlacedVertex {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Meshes as a volume keeps them, to find voxels anew when parts or the volume move: in runs of 256 triangles, of which
+// Meshes as a volume keeps them, to find voxels anew when parts or the volume move: in runs of 512 triangles, of which
 // those that were cut from one are kept as that one and its cuts (piece_trees.h), with each vertex once. Nothing is
 // rounded.
 #pragma once
@@ -49,7 +49,7 @@ struct PackedGeometry {
 struct RunHead {
   std::uint32_t vertices = 0, trees = 0;
   std::array<std::uint32_t, 3> coordinate{};  // [0..32 bits]
-  std::uint32_t surface = 0;                  // [0..8 bits] 0 = each triangle has the next one
+  std::uint32_t surface = 0;                  // [0..9 bits] 0 = each triangle has the next one
   bool isCut = false;                         // any of them
 
   static RunHead read(PackedBitsReader& from);

@@ -13,7 +13,7 @@
 
 namespace relume {
 
-inline constexpr std::uint32_t kTrianglesOfRun = 256;
+inline constexpr std::uint32_t kTrianglesOfRun = 512;
 
 struct TriangleRun {
   glm::vec3 min{0.0f}, max{0.0f};  // of its vertices, as the mesh has them

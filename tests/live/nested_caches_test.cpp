@@ -331,7 +331,7 @@ TEST(NestedCaches, cachesOfAMovedVolumeStandAsInANewOne) {
     runNested(live, volumes, {}, 1);
     const CellSet &moved = live[1].cells(), found = findCells(volumes[1]);
     EXPECT_EQ(moved.active, found.active);
-    EXPECT_EQ(moved.position, found.position);
+    EXPECT_EQ(moved.place, found.place);
     EXPECT_EQ(moved.slot, found.slot);
     // And voxels read the same ones of them.
     NestedCaches fresh = nestedLight(16);
