@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Sides of a layer's voxels, of which a level has hundreds of thousands: some eighteen bytes each, in blocks of a
+// Sides of a layer's voxels, of which a level has hundreds of thousands: some sixteen bytes each, in blocks of a
 // cell's voxels, so that cells are copied whole. Places of light are as they were found; the rest is rounded to less
 // than the voxel's sums were: places to 2^-9 voxel, normals to 2e-3, albedo to 2^-13, areas to 2^-10.
 //
