@@ -7,6 +7,7 @@
 #include "relume/bake/scene.h"
 #include "runtime/live_gl/voxels_gl.h"
 #include "runtime/shared/stopwatch.h"
+#include "runtime/voxels/packed_mesh.h"
 #include "runtime/voxels/voxel_volume.h"
 #include "tests/measure/or_exit.h"
 #include "tests/runtime/ball.h"
