@@ -7,12 +7,12 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 namespace relume {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 const glm::vec3 kTilted = glm::normalize(glm::vec3(0.3f, -0.8f, 0.5f));
 
 std::vector<DirectionStrata::Sample> samplesOf(const DirectionStrata& strata, const glm::vec3& normal,
@@ -70,12 +70,12 @@ TEST(Directions, sphereIsOrthonormalForSphericalHarmonics) {
   for (const auto& s : samplesOf(DirectionStrata(16384), glm::vec3(0.0f), 5)) {
     evaluateSh(4, s.direction, y);
     for (int i = 0; i < 16; ++i) {
-      mean[i] += kPi * s.weight * y[i];
-      square[i] += kPi * s.weight * y[i] * y[i];
+      mean[i] += std::numbers::pi * s.weight * y[i];
+      square[i] += std::numbers::pi * s.weight * y[i] * y[i];
     }
   }
   for (int i = 0; i < 16; ++i) {
-    EXPECT_NEAR(mean[i], i == 0 ? std::sqrt(4 * kPi) : 0.0, 2e-3) << i;
+    EXPECT_NEAR(mean[i], i == 0 ? std::sqrt(4 * std::numbers::pi) : 0.0, 2e-3) << i;
     EXPECT_NEAR(square[i], 1.0, 5e-3) << i;
   }
 }

@@ -30,7 +30,7 @@ Relighter light(const Bake& bake, BackendKind backend, RelightOptions options = 
 }
 
 // Points inside the room and around it, some on the lattice's own planes.
-std::vector<float> receivers(const CacheGrid& grid) {
+std::vector<float> gridReceivers(const CacheGrid& grid) {
   std::mt19937 random(8);
   std::uniform_real_distribution<float> uniform(-0.3f, 1.3f);
   std::normal_distribution<float> gauss;
@@ -47,7 +47,7 @@ std::vector<float> receivers(const CacheGrid& grid) {
 
 void expectSame(const Bake& bake) {
   const Relighter cpu = light(bake, BackendKind::cpu), gl = light(bake, BackendKind::gl);
-  const std::vector<float> in = receivers(bake.caches.grid);
+  const std::vector<float> in = gridReceivers(bake.caches.grid);
   const std::size_t count = in.size() / 6;
   gl.gl()->bind();
   const std::vector<float> found =
@@ -98,7 +98,7 @@ void expectSameTexture(const Bake& bake, int luma, int chroma, float trust) {
   const Relighter cpu = light(bake, BackendKind::cpu, options), gl = light(bake, BackendKind::gl, options);
   ASSERT_GT(cpu.gridTexture().resolution.x, 0u);
   EXPECT_EQ(cpu.gridTexture().openCells, gl.gridTexture().openCells);
-  const std::vector<float> in = receivers(bake.caches.grid);
+  const std::vector<float> in = gridReceivers(bake.caches.grid);
   const std::size_t count = in.size() / 6;
   gl.gl()->bind();
   for (const GridLookup lookup : {GridLookup::texture, GridLookup::smooth}) {
@@ -155,7 +155,7 @@ TEST_F(GlGrid, textureOfOnePointAlongAnAxisAgreesWithTheCpu) {
 // Without a texture, and where no cell is open, the shader reads the caches around, as it does without asking.
 TEST_F(GlGrid, withoutATextureTheCachesAroundAreRead) {
   const Bake bake = test::makeBakeWithBricks({4, 3, 4}, true, true);
-  const std::vector<float> in = receivers(bake.caches.grid);
+  const std::vector<float> in = gridReceivers(bake.caches.grid);
   RelightOptions none, closed, tiny;
   closed.gridTexture = tiny.gridTexture = true;
   closed.gridTrust = 0.0f;
@@ -173,7 +173,7 @@ TEST_F(GlGrid, withoutATextureTheCachesAroundAreRead) {
 // Before the first frame and after reset() there is no light, and frames that follow are those of a fresh relighter.
 TEST_F(GlGrid, textureForgetsWithReset) {
   const Bake bake = test::makeBakeWithBricks({4, 3, 4}, false, false);
-  const std::vector<float> in = receivers(bake.caches.grid);
+  const std::vector<float> in = gridReceivers(bake.caches.grid);
   RelightOptions options;
   options.gridTexture = true;
   options.gridTrust = 1.0f;

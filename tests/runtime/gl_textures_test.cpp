@@ -25,7 +25,7 @@ class GlTextures : public test::GlTest {};
 constexpr std::size_t kReceivers = 500;
 
 // Position, light-map coordinates and normal, twelve floats each.
-std::vector<float> receivers(const CacheGrid& grid) {
+std::vector<float> textureReceivers(const CacheGrid& grid) {
   std::mt19937 random(8);
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
   std::normal_distribution<float> gauss;
@@ -241,7 +241,7 @@ double rootMeanSquare(const std::vector<float>& a, const std::vector<float>& b) 
 TEST_F(GlTextures, areReadLikeBuffers) {
   for (const Case& each : cases()) {
     SCOPED_TRACE(each.name);
-    const std::vector<float> in = receivers(each.bake.caches.grid);
+    const std::vector<float> in = textureReceivers(each.bake.caches.grid);
     RelightOptions options = each.options;
     Result<Relighter> cpu = Relighter::create(each.bake, options);
     options.backend = BackendKind::gl;
@@ -267,7 +267,7 @@ TEST_F(GlTextures, areReadLikeBuffers) {
 TEST_F(GlTextures, areReadInOpenGlEsAsInOpenGl) {
   for (const Case& each : cases()) {
     SCOPED_TRACE(each.name);
-    const std::vector<float> in = receivers(each.bake.caches.grid);
+    const std::vector<float> in = textureReceivers(each.bake.caches.grid);
     Result<Relighter> cpu = Relighter::create(each.bake, each.options);
     ASSERT_TRUE(cpu);
     light(*cpu);
