@@ -18,6 +18,12 @@ endif()
 if(RELUME_SANITIZE)
   add_compile_options(-fsanitize=${RELUME_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${RELUME_SANITIZE})
+  # A hundred programs, each with the sanitizer's library: by lld in a third of the time.
+  include(CheckLinkerFlag)
+  check_linker_flag(CXX -fuse-ld=lld RELUME_HAS_LLD)
+  if(RELUME_HAS_LLD)
+    add_link_options(-fuse-ld=lld)
+  endif()
   # What the address sanitizer stops at too, where memory is touched, or what needs casts between classes, of which there are next to
   # none: a tenth of the time that a build takes.
   if(RELUME_SANITIZE MATCHES "address" AND RELUME_SANITIZE MATCHES "undefined")
