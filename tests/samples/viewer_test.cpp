@@ -85,6 +85,28 @@ TEST_F(ViewerWindow, thePanelIsSmallAndHidesAndKeysFly) {
   EXPECT_NEAR(differenceOf(flown, screen_.settled(), 40).width(), panel.width(), 4);
 }
 
+// By the slowest speed a second of flight is a centimetre, by the fastest the room is left.
+TEST_F(ViewerWindow, theWheelSaysHowFastKeysFly) {
+  if (!show()) GTEST_SKIP() << "no window with OpenGL 4.3: " << readAll(folder_ / "viewer.txt");
+  EXPECT_TRUE(screen_.holdKey("Tab", differsFrom(screen_.settled(), 100)));
+  const ScreenPicture before = screen_.settled();
+  // Share of the pixels above the news
+  const auto changed = [&](const ScreenPicture& now) {
+    const std::size_t above = before.pixel.size() * 3 / 4;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < above; ++i) count += std::abs(before.pixel[i].sum() - now.pixel[i].sum()) > 60 ? 1 : 0;
+    return static_cast<double>(count) / static_cast<double>(above);
+  };
+  screen_.scroll(-40, {300, 200});
+  EXPECT_TRUE(screen_.waitFor(differsFrom(before, 200))) << "the speed is told";
+  screen_.holdKey("w", 1.0);
+  const ScreenPicture slow = screen_.settled();
+  EXPECT_LT(changed(slow), 0.02);
+  screen_.scroll(40, {300, 200});
+  screen_.holdKey("w", 0.5);
+  EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& now) { return changed(now) > 0.3; }));
+}
+
 TEST_F(ViewerWindow, theRightMouseButtonLooksAround) {
   if (!show()) GTEST_SKIP() << "no window with OpenGL 4.3: " << readAll(folder_ / "viewer.txt");
   const ScreenPicture before = screen_.settled();

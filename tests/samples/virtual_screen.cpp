@@ -158,6 +158,15 @@ void VirtualScreen::click(int button, const glm::ivec2& at) const {
   xdotool("mousemove " + std::to_string(at.x) + " " + std::to_string(at.y) + " click " + std::to_string(button));
 }
 
+void VirtualScreen::scroll(int notches, const glm::ivec2& at) const {
+  moveTo(at);
+  xdotool("click --delay 5 --repeat " + std::to_string(std::abs(notches)) + (notches > 0 ? " 4" : " 5"));
+}
+
+void VirtualScreen::holdKey(const std::string& name, double seconds) const {
+  xdotool("keydown " + name + " sleep " + std::to_string(seconds) + " keyup " + name);
+}
+
 void VirtualScreen::dragOnce(int button, const glm::ivec2& from, const glm::ivec2& to) const {
   std::string words =
       "mousemove " + std::to_string(from.x) + " " + std::to_string(from.y) + " mousedown " + std::to_string(button);

@@ -73,6 +73,8 @@ class VirtualScreen {
   // Once, as fast as a hand: the mouse to a place, a button there, a way with the button held, keys ("ctrl+z").
   void moveTo(const glm::ivec2& at) const;
   void click(int button, const glm::ivec2& at) const;
+  void scroll(int notches, const glm::ivec2& at) const;         // of the wheel, away from the hand positive
+  void holdKey(const std::string& name, double seconds) const;  // for a time, which the window may not see whole
   void dragOnce(int button, const glm::ivec2& from, const glm::ivec2& to) const;
   void press(const std::string& keys) const;
   const std::string& display() const { return display_; }

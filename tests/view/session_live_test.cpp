@@ -288,6 +288,30 @@ TEST_F(LiveSession, aDroppedLevelIsLitAndThenBaked) {
   EXPECT_FALSE(session_->level->isBaked);
 }
 
+// The speed of flight is a level's own; the wheel scales it until another level comes, except over the panel.
+TEST_F(LiveSession, theSpeedFitsTheLevelAndTheWheelScalesIt) {
+  show(1);
+  const float fitting = session_->viewer->levelSize() / 6.0f;
+  EXPECT_GT(fitting, 0.1f);
+  EXPECT_FLOAT_EQ(session_->flySpeed.metresPerSecond(), fitting);
+  session_->covered = {{{0.0f, 0.0f}, {20.0f, 20.0f}}};
+  session_->scroll({10.0f, 10.0f}, 1.0f);
+  EXPECT_FLOAT_EQ(session_->flySpeed.metresPerSecond(), fitting);
+  const std::size_t news = session_->messages.shown().size();
+  session_->scroll({30.0f, 10.0f}, 1.0f);
+  session_->scroll({30.0f, 10.0f}, 1.0f);
+  EXPECT_FLOAT_EQ(session_->flySpeed.metresPerSecond(), 1.5625f * fitting);
+  EXPECT_TRUE(says("flies at " + session_->flySpeed.text()));
+  EXPECT_EQ(session_->messages.shown().size(), news + 1) << "the last word alone is shown";
+  ASSERT_TRUE(session_->show(session_->level));
+  EXPECT_FLOAT_EQ(session_->flySpeed.metresPerSecond(), 1.5625f * fitting) << "it is the same level";
+
+  const std::string other = RELUME_SOURCE_DIR "/samples/blender/cabin.glb";
+  session_->drop(other);
+  ASSERT_TRUE(frames([&] { return session_->level->sceneFile == other; }));
+  EXPECT_FLOAT_EQ(session_->flySpeed.metresPerSecond(), session_->viewer->levelSize() / 6.0f);
+}
+
 TEST_F(LiveSession, aBakeReplacesIt) {
   show(10);
   EXPECT_EQ(session_->level->isBaked, false);

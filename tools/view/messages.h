@@ -17,7 +17,8 @@ class Messages {
   struct Message {
     Severity severity = Severity::info;
     std::string text;
-    double until = 0.0;  // [s] when it goes; errors and warnings stay
+    double until = 0.0;   // [s] when it goes; errors and warnings stay
+    std::string topic{};  // of update()
   };
   static constexpr double kNewsSeconds = 6.0;
   static constexpr std::size_t kMaxShown = 4;
@@ -27,6 +28,12 @@ class Messages {
     std::erase_if(shown_, [&](const Message& m) { return m.text == text; });
     shown_.push_back({severity, std::move(text), now + kNewsSeconds});
     if (shown_.size() > kMaxShown) shown_.pop_front();
+  }
+  // News in place of what was said of the same topic.
+  void update(const std::string& topic, std::string text, double now) {
+    std::erase_if(shown_, [&](const Message& m) { return m.topic == topic; });
+    say(Severity::info, std::move(text), now);
+    shown_.back().topic = topic;
   }
   // False, and its error is shown, unless it went well.
   bool check(const Status& status, double now) {

@@ -182,21 +182,19 @@ void viewControls(const Scene& scene, const Bake& bake, bool hasBake, ViewState&
   ImGui::EndCombo();
 }
 
-void help() {
-  constexpr const char* kKeys[][2] = {{"right mouse", "look around"},
-                                      {"W A S D Q E", "fly; Shift: fast"},
-                                      {"left mouse", "pick, drag lights, objects"},
-                                      {"Del  Ctrl+D", "remove, duplicate"},
-                                      {"Ctrl+Z  +Y", "undo, redo"},
-                                      {"Ctrl+S  +O", "save, load lights"},
-                                      {"Esc", "let go"},
-                                      {"F12  F11", "picture, film"},
-                                      {"G  Tab", "handles, this panel"}};
+void help(const FlySpeed& speed) {
+  constexpr const char* kKeys[][2] = {
+      {"right mouse", "look around"},        {"W A S D Q E", "fly; Shift: fast"},
+      {"mouse wheel", "fly faster, slower"}, {"left mouse", "pick, drag lights, objects"},
+      {"Del  Ctrl+D", "remove, duplicate"},  {"Ctrl+Z  +Y", "undo, redo"},
+      {"Ctrl+S  +O", "save, load lights"},   {"Esc", "let go"},
+      {"F12  F11", "picture, film"},         {"G  Tab", "handles, this panel"}};
   for (const auto& [key, does] : kKeys) {
     ImGui::TextDisabled("%s", key);
     ImGui::SameLine(96.0f);
     ImGui::TextUnformatted(does);
   }
+  ImGui::TextDisabled("flies at %s", speed.text().c_str());
 }
 
 // The window that was drawn last takes the mouse.
@@ -357,7 +355,7 @@ void drawPanel(Session& session) {
     if (ImGui::Button("compare with path tracing")) session.compareWithReference();
   }
   if (ImGui::CollapsingHeader("Costs")) drawCosts(session);
-  if (ImGui::CollapsingHeader("Mouse and keys")) help();
+  if (ImGui::CollapsingHeader("Mouse and keys")) help(session.flySpeed);
   ImGui::PopItemWidth();
   cover(session);
   ImGui::End();

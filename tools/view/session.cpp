@@ -108,10 +108,14 @@ void Session::loadLights() {
   edits.commit(state);
 }
 
+bool Session::isCovered(const glm::vec2& pixel) const {
+  return std::any_of(covered.begin(), covered.end(), [&](const PixelBox& box) { return box.holds(pixel); });
+}
+
 void Session::press(const glm::vec2& pixel) {
   mouse = pixel;
   commit();
-  if (std::any_of(covered.begin(), covered.end(), [&](const PixelBox& box) { return box.holds(pixel); })) return;
+  if (isCovered(pixel)) return;
   if (state.handles && objects.press(state.objects, pixels_, pixel)) return;
   const bool isLight = state.handles && editor.press(state.lights, pixels_, pixel);
   if (isLight) objects.select({});
@@ -129,6 +133,12 @@ void Session::release() {
   editor.release();
   objects.release();
   commit();
+}
+
+void Session::scroll(const glm::vec2& pixel, float notches) {
+  if (isCovered(pixel)) return;
+  flySpeed.scroll(notches);
+  messages.update("fly speed", "flies at " + flySpeed.text(), now_);
 }
 
 void Session::beginFrame(double now, const glm::vec2& windowSize) {

@@ -6,6 +6,7 @@
 #include "tools/view/capture.h"
 #include "tools/view/coarse_frames.h"
 #include "tools/view/file_watch.h"
+#include "tools/view/fly_speed.h"
 #include "tools/view/gizmo.h"
 #include "tools/view/level_job.h"
 #include "tools/view/light_editor.h"
@@ -75,6 +76,8 @@ class Session {
   void press(const glm::vec2& pixel);
   void move(const glm::vec2& pixel);
   void release();
+  // The wheel, so many notches, at a pixel: how fast the camera flies.
+  void scroll(const glm::vec2& pixel, float notches);
 
   // Once a frame: `now` [s], the window's size [pixel]. Looks after the job and the bake's file.
   void beginFrame(double now, const glm::vec2& windowSize);
@@ -99,6 +102,7 @@ class Session {
   std::optional<HeatPicture> heat;        // of the view that was compared last
   GlTexture heatTexture;                  // that shows it
   ViewState state;
+  FlySpeed flySpeed;  // in the level
   LightEditor editor;
   ObjectEditor objects;  // of a level without a bake
   ViewEdits edits;       // of all that the state has
@@ -112,6 +116,7 @@ class Session {
   std::optional<std::size_t> shownLight, shownObject;  // whose controls the panel had in the last frame
 
  private:
+  bool isCovered(const glm::vec2& pixel) const;
   void saveLights();
   void loadLights();
   void duplicateLight();

@@ -62,6 +62,7 @@ Status Session::show(LevelPtr next) {
   level = std::move(next);
   watch_ = FileWatch(level->bakeFile, level->bakeStamp);
   state = std::move(wanted);
+  if (!isSame) flySpeed.fit(viewer->levelSize());
   if (const std::size_t off = limitLightsOn(state.lights); off > 0) {
     say(Severity::warning,
         countOfLights(off) + " switched off: " + std::to_string(kMaxLightsOn) + " are on, and no more can be");

@@ -212,8 +212,7 @@ Result<std::vector<glm::vec3>> Viewer::irradiance(const ViewState& state, std::u
 }
 
 glm::mat4 Viewer::clipFromWorld(const FlyCamera& camera, float aspect) const {
-  const float size = glm::length(level_.boundsMax() - level_.boundsMin());
-  const float far = size + glm::length(camera.position - 0.5f * (level_.boundsMin() + level_.boundsMax()));
+  const float far = levelSize() + glm::length(camera.position - 0.5f * (level_.boundsMin() + level_.boundsMax()));
   return camera.clipFromWorld(aspect, std::max(0.02f, 5e-4f * far), far);
 }
 

@@ -24,6 +24,8 @@
 #include "tools/view/view_records.h"
 #include "tools/view/view_state.h"
 
+#include <glm/geometric.hpp>
+
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -57,6 +59,9 @@ class Viewer {
 
   // Clip space of a target of that aspect; its planes enclose the level.
   glm::mat4 clipFromWorld(const FlyCamera& camera, float aspect) const;
+
+  // Diagonal of the level's box [m].
+  float levelSize() const { return glm::length(level_.boundsMax() - level_.boundsMin()); }
 
   // What the framebuffer that is bound shows at a pixel, after draw() [m]; nothing for the sky. Row 0 is on top.
   std::optional<glm::vec3> surfaceAt(const ViewState& state, const glm::vec2& pixel, std::uint32_t width,

@@ -28,10 +28,11 @@ namespace relume {
 namespace {
 
 struct InputEvent {
-  enum class Kind { press, move, release, key, drop } kind = Kind::move;  // of the left button
-  glm::vec2 at{0.0f};                                                     // [pixel]
-  int key = 0, mods = 0;                                                  // GLFW's
-  std::string path{};                                                     // that was dropped
+  enum class Kind { press, move, release, key, scroll, drop } kind = Kind::move;  // of the left button
+  glm::vec2 at{0.0f};                                                             // [pixel]
+  int key = 0, mods = 0;                                                          // GLFW's
+  std::string path{};                                                             // that was dropped
+  float notches = 0.0f;                                                           // of the wheel
 };
 
 // GLFW from init to terminate, with one window.
@@ -60,6 +61,9 @@ class Window {
     glfwSetCursorPosCallback(window_, [](GLFWwindow* w, double x, double y) {
       of(w).mouse_ = glm::vec2(x, y);
       of(w).events_.push_back({InputEvent::Kind::move, of(w).mouse_, 0, 0, {}});
+    });
+    glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double y) {
+      of(w).events_.push_back({InputEvent::Kind::scroll, of(w).mouse_, 0, 0, {}, static_cast<float>(y)});
     });
     glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int mods) {
       if (action == GLFW_PRESS) of(w).events_.push_back({InputEvent::Kind::key, {}, key, mods, {}});
@@ -139,8 +143,8 @@ class Window {
   bool started_ = false, gui_ = false;
 };
 
-// Keys and mouse move the camera while the panel does not want them.
-void fly(const Window& window, FlyCamera& camera, float seconds, glm::dvec2& cursor) {
+// Keys and mouse move the camera while the panel does not want them. speed: [m/s].
+void fly(const Window& window, float speed, FlyCamera& camera, float seconds, glm::dvec2& cursor) {
   glm::dvec2 now;
   glfwGetCursorPos(window.get(), &now.x, &now.y);
   const glm::vec2 moved(now - cursor);
@@ -150,8 +154,8 @@ void fly(const Window& window, FlyCamera& camera, float seconds, glm::dvec2& cur
     camera.turn(-0.004f * moved.x, -0.004f * moved.y);
   if (io.WantTextInput) return;  // while a number is typed, keys are its own
   const auto axis = [&](int plus, int minus) { return static_cast<float>(window.isHeld(plus) - window.isHeld(minus)); };
-  const float speed = window.isHeld(GLFW_KEY_LEFT_SHIFT) ? 8.0f : 2.0f;  // [m/s]
-  camera.move(speed * seconds *
+  const float way = seconds * speed * (window.isHeld(GLFW_KEY_LEFT_SHIFT) ? FlySpeed::kFast : 1.0f);  // [m]
+  camera.move(way *
               glm::vec3(axis(GLFW_KEY_D, GLFW_KEY_A), axis(GLFW_KEY_E, GLFW_KEY_Q), axis(GLFW_KEY_W, GLFW_KEY_S)));
 }
 
@@ -178,9 +182,13 @@ std::optional<Command> commandOf(int key, int mods) {
 // Hands what happened since the last frame to the session, in its order: slow frames lose no click.
 void handle(const InputEvent& event, Session& session) {
   const ImGuiIO& io = ImGui::GetIO();
+  const bool isList = ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
   switch (event.kind) {
     case InputEvent::Kind::press:
-      if (!ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel)) session.press(event.at);
+      if (!isList) session.press(event.at);
+      return;
+    case InputEvent::Kind::scroll:
+      if (!isList) session.scroll(event.at, event.notches);
       return;
     case InputEvent::Kind::move:
       return session.move(event.at);
@@ -244,7 +252,7 @@ void loop(Window& window, Session& session, FirstLight& firstLight) {
     isBusy = isBusy || window.isInUse();
     const double now = glfwGetTime();
     ViewState& state = session.state;
-    fly(window, state.camera, static_cast<float>(now - last), cursor);
+    fly(window, session.flySpeed.metresPerSecond(), state.camera, static_cast<float>(now - last), cursor);
     last = now;
     int windowWidth = 0, windowHeight = 0, width = 0, height = 0;
     glfwGetWindowSize(window.get(), &windowWidth, &windowHeight);
