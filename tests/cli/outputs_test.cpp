@@ -111,6 +111,30 @@ TEST_F(Outputs, filesOfAnotherKindAskForForce) {
   EXPECT_EQ(forced.status, 0) << forced.err;
 }
 
+// Where nothing is there yet, and where a file is empty or of the kind that is made, the name still says what it is
+// not.
+TEST_F(Outputs, namesOfOtherKindsAreRefused) {
+  for (const char* name : {"x.png", "x.PNG", "x.glb", "x.gltf", "x.exr", "x.json", "x.relume.gz"}) {
+    expectRefused(bakeArguments(room_, at(name)), "is to be a bake, and its name ends in .");
+    expectRefused(bakeArguments(room_, at(name), {"--force"}), "one that ends in .relume expected");
+    EXPECT_FALSE(fs::exists(at(name))) << name;
+  }
+  expectRefused(bakeArguments(room_, out_, {"--report", at("r.relume")}), "one that ends in .json expected");
+  expectRefused(bakeArguments(room_, out_, {"--depfile", at("d.json")}), "one that ends in .d expected");
+  expectRefused(bakeArguments(room_, out_, {"--export-glb", at("level.gltf")}), "one that ends in .glb expected");
+  expectRefused({"bake", room_, "--plan", at("plan.png")}, "one that ends in .relume expected");
+  for (const char* name : {"no_extension", "x.bake", "v1.2"}) {
+    bake(room_, at(name));
+    EXPECT_EQ(run({"validate", at(name)}).status, 0) << name;
+  }
+  bake(room_, out_);
+  expectRefused({"export", room_, out_, "-o", at("level.png")}, "one that ends in .glb expected");
+  expectRefused({"pack", out_, "-o", at("packed.png")}, "one that ends in .relume expected");
+  expectRefused({"merge", out_, out_, "-o", at("merged.html")}, "one that ends in .relume expected");
+  expectRefused({"compare", out_, out_, "--html", at("page.png")}, "one that ends in .html expected");
+  expectRefused({"bench", "--bake", out_, "--markdown", at("page.html")}, "one that ends in .md expected");
+}
+
 TEST_F(Outputs, otherCommandsRefuseTheirInputs) {
   bake(room_, out_);
   const std::string bytes = readAll(out_);

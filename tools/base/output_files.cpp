@@ -11,6 +11,7 @@
 #include <cctype>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -114,6 +115,52 @@ const char* nameOf(FileKind kind) {
   return "";
 }
 
+std::string lowerExtension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+// What the names of such files end in.
+std::string_view extensionOf(FileKind kind) {
+  switch (kind) {
+    case FileKind::bake:
+    case FileKind::plan:
+    case FileKind::shard:
+      return ".relume";
+    case FileKind::gzip:
+      return ".gz";
+    case FileKind::exr:
+      return ".exr";
+    case FileKind::png:
+      return ".png";
+    case FileKind::bakeReport:
+      return ".json";
+    case FileKind::comparePage:
+      return ".html";
+    case FileKind::benchPage:
+      return ".md";
+    case FileKind::exportedLevel:
+      return ".glb";
+    case FileKind::depfile:
+      return ".d";
+  }
+  return "";
+}
+
+// A name that says another kind of file is one mistyped, or given to the wrong option.
+Status checkName(const OutputFile& output) {
+  constexpr std::string_view kKnown[] = {".relume", ".gz",   ".exr", ".png", ".json", ".html", ".md",
+                                         ".glb",    ".gltf", ".hdr", ".jpg", ".jpeg", ".d"};
+  const std::string found = lowerExtension(output.path);
+  const std::string_view expected = extensionOf(output.kind);
+  if (found == expected || std::find(std::begin(kKnown), std::end(kKnown), found) == std::end(kKnown)) return done();
+  return Error{ErrorCode::usage, output.option + ": " + quoted(output.path) + " is to be " + nameOf(output.kind) +
+                                     ", and its name ends in " + found + "; one that ends in " + std::string(expected) +
+                                     " expected"};
+}
+
 // Files that are empty hold nothing that could be lost.
 Status checkKind(const OutputFile& output) {
   constexpr std::size_t kBeginning = 64 << 10;
@@ -182,6 +229,7 @@ Status checkOutputs(const CommandFiles& files, Context& context) {
     if (const Status status = checkStandardStreams(output); !status) return status;
     bool locks = true;
     if (const Status status = checkWritable(output.path, &locks); !status) return status;
+    if (const Status status = checkName(output); !status) return status;
     if (const Status status = files.force ? done() : checkKind(output); !status) return status;
     if (locks || std::exchange(warned, true)) continue;
     context.message(Severity::warning, "the file system of " + quoted(output.path) +
@@ -191,11 +239,6 @@ Status checkOutputs(const CommandFiles& files, Context& context) {
   return done();
 }
 
-FileKind imageKind(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == ".exr" ? FileKind::exr : FileKind::png;
-}
+FileKind imageKind(const fs::path& path) { return lowerExtension(path) == ".exr" ? FileKind::exr : FileKind::png; }
 
 }  // namespace relume
