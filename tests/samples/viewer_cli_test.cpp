@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 // relume-view without a window: bakes that are not of the level, lights of a file.
 #include "tests/cli/run_program.h"
+#include "tools/images/read_picture.h"
 
 #include <gtest/gtest.h>
+
+#include <cmath>
 
 namespace relume {
 namespace {
@@ -123,6 +126,38 @@ TEST_F(ViewerCommand, aLevelWithoutABakeIsLit) {
   EXPECT_EQ(frames("wrong", "--live-cells 65"), 1);
   ASSERT_EQ(frames("volumes", "--live-cascades 2 --live-backend gl --view links"), 0);
   EXPECT_NE(last("volumes"), last("dark"));
+}
+
+// Of the same level and camera, the same picture as `relume render` draws in OpenGL, by the same exposure.
+TEST_F(ViewerCommand, framesAreThePicturesThatRenderDraws) {
+  const std::string made = bake(kLevel);
+  for (const std::string light : {"spot,emissive", "sun"}) {
+    const int status = view(kLevel, made, "frames", "--camera cam_hall --lights " + light);
+    if (status == kNoGl) GTEST_SKIP() << log();
+    ASSERT_EQ(status, 0) << log();
+    const ProgramResult rendered =
+        runProgram({"render",        kLevel,   "--bake",     made,        "--camera", "cam_hall",      "--lights",
+                    light,           "--size", "64x36",      "--samples", "1",        "--backend",     "gl",
+                    "--shadow-size", "64",     "--progress", "none",      "-o",       at("render.png")},
+                   folder_);
+    ASSERT_EQ(rendered.status, 0) << rendered.err;
+    const auto frame = readPicture(at("frames/frame_0000.png"), ""), expected = readPicture(at("render.png"), "");
+    ASSERT_TRUE(frame && expected);
+    ASSERT_EQ(frame->picture.pixels.size(), expected->picture.pixels.size());
+    double difference = 0.0, sum = 0.0;
+    for (std::size_t i = 0; i < expected->picture.pixels.size(); ++i) {
+      const glm::vec3 a = frame->picture.pixels[i], b = expected->picture.pixels[i];
+      difference += static_cast<double>(std::abs(a.r - b.r) + std::abs(a.g - b.g) + std::abs(a.b - b.b));
+      sum += static_cast<double>(b.r + b.g + b.b);
+    }
+    EXPECT_LT(difference, 0.02 * sum) << light;
+    const std::size_t stops = log().find("exposure: ");
+    ASSERT_NE(stops, std::string::npos) << log();
+    EXPECT_NE(log().substr(stops, 16), "exposure: +0.00 ") << "the test needs a picture that is made brighter";
+  }
+  EXPECT_EQ(view(kLevel, made, "frames", "--exposure 31"), 1);
+  EXPECT_EQ(view(kLevel, made, "frames", "--exposure -1"), 0);
+  EXPECT_EQ(log().find("exposure: "), std::string::npos) << "stops that are given are not told";
 }
 
 TEST_F(ViewerCommand, emissionIsReadAsRenderReadsIt) {

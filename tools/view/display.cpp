@@ -13,8 +13,9 @@ std::string displayGlsl() {
 layout(location = 20) uniform float displayScale;
 layout(location = 21) uniform bool displayEncode;
 vec3 display(vec3 linear) {
-  vec3 c = 1.0 - exp(-displayScale * max(linear, vec3(0.0)));
-  if (!displayEncode) return c;
+  vec3 scaled = displayScale * max(linear, vec3(0.0));
+  if (!displayEncode) return scaled;
+  vec3 c = 1.0 - exp(-scaled);
   return mix(c * 12.92, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, greaterThan(c, vec3(0.0031308)));
 }
 )";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From radiance to the screen: exposure, a soft shoulder, and sRGB unless the target encodes.
+// From radiance to the screen: exposure, a soft shoulder and sRGB; or, for files, exposure alone.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@ namespace relume {
 
 // Defines vec3 display(vec3 linear); uniforms at locations 20 and 21.
 std::string displayGlsl();
-// Set them on the program in use. `exposure` in stops.
+// Set them on the program in use. `exposure` in stops; encode: the target takes what a screen shows, else linear light.
 void setDisplay(float exposure, bool encode);
 
 }  // namespace relume

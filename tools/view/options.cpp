@@ -5,6 +5,7 @@
 #include "tools/base/number_check.h"
 #include "tools/base/usage_message.h"
 #include "tools/pages/write_pages.h"
+#include "tools/render/exposure.h"
 #include "tools/render/view_options.h"
 
 #include <CLI/CLI.hpp>
@@ -29,7 +30,7 @@ bool parseSize(const std::string& text, std::uint32_t& width, std::uint32_t& hei
 
 Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   ViewerOptions o;
-  std::string size = "1280x720", bands, liveBackend = "auto";
+  std::string size = "1280x720", bands, liveBackend = "auto", exposure = "auto";
   std::vector<std::string> emissions;
   CLI::App app{"Fly through a level, move its lights, look at what the relighter does", "relume-view"};
   app.set_version_flag("--version", RELUME_VERSION);
@@ -92,7 +93,10 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   addSceneOptions(app, o.sceneOptions);
   app.add_option("--size", size, "pixels, WIDTHxHEIGHT, 16..8192 each")->capture_default_str();
   app.add_option("--bands", bands, "bands of luminance and chrominance, as Y3Co1Cg1; default: as the bake recommends");
-  app.add_option("--exposure", o.exposure, "stops")->check(numberFrom(-30.0, 30.0))->capture_default_str();
+  app.add_option("--exposure", exposure,
+                 "stops by which light is brightened, -30..30, or auto: headless frames take it from the first, as "
+                 "`relume render` does, a window begins with 0")
+      ->capture_default_str();
   addGlossOption(app, o.sceneOptions.gloss);
   app.add_option("--reflectance", o.reflectance,
                  "share of light that all surfaces mirror, 0..1; the rest they scatter; without --gloss")
@@ -144,6 +148,9 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   }
   if (!parseSize(size, o.width, o.height))
     return Error{ErrorCode::usage, "--size: WIDTHxHEIGHT of 16..8192 pixels each expected, \"" + size + "\" found"};
+  const auto stops = readExposure(exposure);
+  if (!stops) return stops.error();
+  o.exposure = *stops;
   o.choosesLiveBackend = liveBackend == "auto";
   o.live.backend = liveBackend == "gl" ? BackendKind::gl : BackendKind::cpu;
   if (!bands.empty()) {

@@ -11,6 +11,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,7 +42,7 @@ struct ViewerOptions {
   std::string output;                 // folder of the headless frames, or of the window's pictures
   bool force = false;                 // frames may replace files that are no PNG images
   Bands bands;                        // zeros: as the bake recommends
-  float exposure = 0.0f;              // [stops]
+  std::optional<float> exposure;      // [stops]; nothing: of the first headless frame, 0 in a window
   float reflectance = 0.0f;           // [0..1] of all surfaces
   float roughness = 0.6f;             // [0..1] likewise
   bool cones = false;                 // what surfaces mirror by cones through voxels

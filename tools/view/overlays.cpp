@@ -14,7 +14,8 @@
 namespace relume {
 namespace {
 
-constexpr float kFlatExposure = 1.0f;  // [stops] of colours that are no light
+// [stops] Of colours that are no light: what the screen's shoulder takes.
+float flatExposure(bool encode) { return encode ? 1.0f : 0.0f; }
 
 const char* kLightmapVertex = R"(#version 430
 out vec2 uv;
@@ -71,7 +72,7 @@ void Overlays::draw(const ViewState& state, const Relighter& relighter, const Gl
     std::vector<glm::vec3> colors;
     for (const std::uint32_t node : clustersAtLevel(*bake_, static_cast<std::uint32_t>(state.clusterLevel)))
       colors.push_back(clusterColor(node));
-    surfels_->draw(colors, radius, target.clipFromWorld, eye, kFlatExposure, target.encode);
+    surfels_->draw(colors, radius, target.clipFromWorld, eye, flatExposure(target.encode), target.encode);
   }
   if (state.shows(Overlay::caches)) caches_->draw(relighter, target.clipFromWorld, eye, state.exposure, target.encode);
   if (state.shows(Overlay::links) && picked) drawLinks(state, *picked, target);
@@ -97,7 +98,7 @@ void Overlays::drawLinks(const ViewState& state, const glm::vec3& picked, const 
   for (const std::uint32_t node : links_.clustersOf(links))
     colors.push_back(node == ClusterLinks::kNoNode ? kHiddenDisc : clusterColor(node));
   surfels_->draw(colors, 0.9f * surfelRadius(bake_->surfels), target.clipFromWorld, state.camera.position,
-                 kFlatExposure, target.encode);
+                 flatExposure(target.encode), target.encode);
 
   constexpr float kSkyLine = 1.5f;  // [m]
   std::vector<LinePoint> points;
@@ -109,7 +110,7 @@ void Overlays::drawLinks(const ViewState& state, const glm::vec3& picked, const 
   }
   // Also where the level is in front of them: a cache may be behind what is seen.
   glDisable(GL_DEPTH_TEST);
-  lines_->draw(points, target.clipFromWorld, kFlatExposure, target.encode);
+  lines_->draw(points, target.clipFromWorld, flatExposure(target.encode), target.encode);
   glEnable(GL_DEPTH_TEST);
 }
 

@@ -120,7 +120,7 @@ Result<GLuint> Shading::program(const ShadingKind& kind, const Relighter* religh
 
 void Shading::set(const ViewState& state, const glm::uvec2& mapSize, bool encode) {
   const bool isLit = state.mode != ViewMode::albedo && state.mode != ViewMode::normal && state.mode != ViewMode::texels;
-  setDisplay(isLit ? state.exposure : 0.5f, encode);
+  setDisplay(isLit ? state.exposure : encode ? 0.5f : 0.0f, encode);  // a shoulder takes half a stop
   glUniform2f(23, state.direct ? 1.0f : 0.0f, state.indirect ? 1.0f : 0.0f);
   glUniform3fv(24, 1, glm::value_ptr(state.camera.position));
   glUniform1f(25, state.reflectance);

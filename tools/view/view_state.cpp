@@ -116,7 +116,7 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
   state.live = options.live;
   if (options.isLive() && !options.driven.empty()) state.emission = 1.0f;
   state.records = options.records;
-  state.exposure = options.exposure;
+  state.exposure = options.exposure.value_or(0.0f);
   state.gloss = options.sceneOptions.gloss;
   state.cones = options.cones;
   state.reflectance = options.reflectance;

@@ -157,8 +157,8 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   glDepthMask(GL_TRUE);
   glDisable(GL_CULL_FACE);
   glDisable(GL_BLEND);
-  const glm::vec3 sky = 1.0f - glm::exp(-std::exp2(state.exposure) * state.sky.radiance);
-  const auto shown = [&](float c) { return encode ? linearToSrgb(c) : c; };
+  const glm::vec3 sky = std::exp2(state.exposure) * state.sky.radiance;
+  const auto shown = [&](float c) { return encode ? linearToSrgb(1.0f - std::exp(-c)) : c; };
   glClearColor(shown(sky.r), shown(sky.g), shown(sky.b), 1.0f);
   glClearDepth(1.0);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);

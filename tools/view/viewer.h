@@ -53,7 +53,8 @@ class Viewer {
   Status makeRecords();
   const ViewRecords* records() const { return records_.get(); }  // null until then
 
-  // Draw into `framebuffer`. `encode`: the target takes sRGB numbers, else linear ones. Where the relighter refuses the
+  // Draw into `framebuffer`. `encode`: the target takes what a screen shows, sRGB behind a
+  // soft shoulder, else linear light, as `relume render` has it. Where the relighter refuses the
   // lights, its error comes back and the level is drawn in last frame's light.
   Status draw(const ViewState& state, GLuint framebuffer, std::uint32_t width, std::uint32_t height, bool encode);
 
