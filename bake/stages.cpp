@@ -8,12 +8,12 @@
 #include "bake/clustering_beside.h"
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/scene/check_limits.h"
+#include "bake/scene/check_triangles.h"
 #include "bake/stage_memory.h"
 #include "bake/visibility/play_space.h"
 #include "formats/validate.h"
 #include "relume/bake/provenance.h"
 
-#include <algorithm>
 #include <new>
 #include <utility>
 #include <vector>
@@ -22,12 +22,6 @@ namespace relume {
 namespace {
 
 constexpr std::uint64_t kLinkRaysPerTestRay = 192;
-
-bool hasFixedTriangles(const Scene& scene) {
-  return std::any_of(scene.instances.begin(), scene.instances.end(), [&](const Instance& instance) {
-    return instance.baked() && !scene.meshes[instance.mesh].triangle.empty();
-  });
-}
 
 // Most rays of a bake are traced for links. If a cache casts few, packets are faster (docs/notes/tracing.md).
 RayStructure rayStructureFor(const BakeOptions& options) {
@@ -45,10 +39,7 @@ void noteHeldMemory(Context& context) { context.figure("memory_mib", static_cast
 Status checkBakeable(const Scene& scene, const BakeOptions& options) {
   if (const Status status = checkOptions(options); !status) return status.error();
   if (const Status status = checkLimits(scene); !status) return status.error();
-  if (hasFixedTriangles(scene)) return done();
-  return Error{ErrorCode::failed, "scene \"" + scene.name +
-                                      "\" has no triangle to bake: no mesh, or every node is "
-                                      "\"dynamic\" or \"ignore\" in extras.relume"};
+  return checkBakedTriangles(scene);
 }
 
 Result<RayTracer> buildRays(const Scene& scene, const BakeOptions& options, Context& context) {

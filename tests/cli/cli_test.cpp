@@ -340,7 +340,23 @@ TEST_F(Cli, scenesWithNothingToBakeFailByName) {
   ignored.nodeExtras = "\"extras\":{\"relume\":{\"bake\":\"dynamic\"}},";
   expectFailure(run(bakeArguments(put("dynamic.gltf", makeGltf(ignored)))), 4, "has no triangle to bake");
   const std::string empty = "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{}]}";
-  expectFailure(run(bakeArguments(put("none.gltf", empty))), 4, "has no triangle to bake");
+  const std::string none = put("none.gltf", empty);
+  expectFailure(run(bakeArguments(none)), 4, "has no triangle to bake");
+  expectFailure(run({"bench", none}), 4, "has no triangle to");
+  expectFailure(run({"bench", none, "--live"}), 4, "has no triangle to draw");
+  const std::string picture = (folder_ / "black.png").string();
+  for (const std::vector<std::string>& command : {std::vector<std::string>{"render", none, "--live"},
+                                                  {"render", none, "--aov", "direct"},
+                                                  {"reference", none},
+                                                  {"preview", none}}) {
+    std::vector<std::string> words = command;
+    words.insert(words.end(), {"--size", "8x8", "-o", picture});
+    expectFailure(run(words), 4, "has no triangle to draw");
+    EXPECT_FALSE(fs::exists(picture)) << command[0];
+  }
+  // What moves is drawn, though nothing is baked.
+  EXPECT_EQ(
+      run({"reference", (folder_ / "dynamic.gltf").string(), "--size", "8x8", "--spp", "1", "-o", picture}).status, 0);
   GltfParts flat;
   for (auto& p : flat.room.position) p = {1.0f, 1.0f, 1.0f};
   const ProgramResult degenerate = run(bakeArguments(put("degenerate.gltf", makeGltf(flat))));

@@ -160,6 +160,15 @@ TEST_F(ViewerCommand, framesAreThePicturesThatRenderDraws) {
   EXPECT_EQ(log().find("exposure: "), std::string::npos) << "stops that are given are not told";
 }
 
+TEST_F(ViewerCommand, aLevelWithoutTrianglesMakesNoFrames) {
+  std::ofstream(at("none.gltf")) << R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{}]})";
+  const std::string command = "'" RELUME_VIEW "' '" + at("none.gltf") + "' --headless 1 --size 64x36 -o '" +
+                              at("frames") + "' >'" + at("log.txt") + "' 2>&1";
+  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 4);
+  EXPECT_NE(log().find("has no triangle to draw"), std::string::npos) << log();
+  EXPECT_FALSE(fs::exists(folder_ / "frames"));
+}
+
 TEST_F(ViewerCommand, emissionIsReadAsRenderReadsIt) {
   const std::string made = bake(kLevel);
   const int status = view(kLevel, made, "dark", "--lights none");

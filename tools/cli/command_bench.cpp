@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // relume bench SCENE.glb | --bake FILE: how long each stage of a bake and each pass of a frame takes, and what memory
 // they need, as text, JSON, or the page docs/PERFORMANCE.md.
+#include "bake/scene/check_triangles.h"
 #include "formats/file_io.h"
 #include "relume/bake/load_scene.h"
 #include "relume/bake_file.h"
@@ -222,6 +223,7 @@ Status measureScene(const BenchArguments& a, Measured& measured) {
   CommandFiles files = filesOf(a);
   files.read("a file of the scene", scene->files);
   if (const Status status = checkApart(files); !status) return status;
+  if (const Status status = checkDrawnTriangles(*scene); !status) return status;
   report.importSeconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report.scene = printable(scene->name) + ", " + std::to_string(scene->triangleCount()) + " triangles";
   if (a.live) {

@@ -4,6 +4,7 @@
 #include "bake/preview/hsh_cells.h"
 #include "bake/preview/mirror_surface.h"
 #include "bake/rays/ray_tracer.h"
+#include "bake/scene/check_triangles.h"
 #include "bake/stage_memory.h"
 #include "relume/bake/load_scene.h"
 #include "relume/bake/scene.h"
@@ -180,6 +181,7 @@ int runPreview(const PreviewArguments& arguments) {
   if (!scene) return fail(scene.error());
   files.read("a file of the scene", scene->files);
   if (Status ok = checkApart(files); !ok) return fail(ok.error());
+  if (Status ok = checkDrawnTriangles(*scene); !ok) return fail(ok.error());
   if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
   setView(*view, request.frame);
   auto driven = readEmissions(arguments.emissions, context);

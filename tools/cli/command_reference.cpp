@@ -3,6 +3,7 @@
 #include "bake/base/memory_budget.h"
 #include "bake/rays/ray_tracer.h"
 #include "bake/reference/path_tracer.h"
+#include "bake/scene/check_triangles.h"
 #include "bake/stage_memory.h"
 #include "relume/bake/load_scene.h"
 #include "relume/bake/options.h"
@@ -129,6 +130,7 @@ int runReference(const ReferenceArguments& arguments) {
   if (!scene) return fail(scene.error());
   files.read("a file of the scene", scene->files);
   if (Status ok = checkApart(files); !ok) return fail(ok.error());
+  if (Status ok = checkDrawnTriangles(*scene); !ok) return fail(ok.error());
   if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
   if (Status ok = moveNodes(arguments.moves, MovedParts::all, *scene); !ok) return fail(ok.error());
 

@@ -2,6 +2,7 @@
 // `relume render`: relight a camera's view headlessly, with Embree and the CPU backend, or with OpenGL through EGL.
 #include "bake/base/memory_budget.h"
 #include "bake/rays/ray_tracer.h"
+#include "bake/scene/check_triangles.h"
 #include "bake/stage_memory.h"
 #include "formats/limits.h"
 #include "relume/bake/load_scene.h"
@@ -223,6 +224,7 @@ int runRender(const RenderArguments& arguments) {
   if (!scene) return fail(scene.error());
   files.read("a file of the scene", scene->files);
   if (Status ok = checkApart(files); !ok) return fail(ok.error());
+  if (Status ok = checkDrawnTriangles(*scene); !ok) return fail(ok.error());
   if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
   setView(*view, request);
   std::optional<Scene> before;

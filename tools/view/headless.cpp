@@ -2,6 +2,7 @@
 // See headless.h.
 #include "tools/gl_scene/egl_context.h"
 
+#include "bake/scene/check_triangles.h"
 #include "tools/base/output_files.h"
 #include "tools/base/printable.h"
 #include "tools/images/image_io.h"
@@ -137,6 +138,7 @@ bool showsLight(ViewMode mode) {
 }  // namespace
 
 Status runHeadless(const LoadedLevel& level, const ViewerOptions& options) {
+  if (Status ok = checkDrawnTriangles(level.scene); !ok) return ok;
   auto state = initialState(level.scene, options);
   if (!state) return state.error();
   if (Status ok = chooseMoving(*state, options.moving); !ok) return ok;
