@@ -335,6 +335,25 @@ TEST_F(Cli, malformedScenesAreRefusedByName) {
   expectFailure(run(bakeArguments(none)), 2, "error: " + none + ": no such file\n");
 }
 
+TEST_F(Cli, infoPrintsFloatsInFewDigits) {
+  GltfParts parts;
+  for (auto& p : parts.room.position) {
+    for (float& c : p) c *= 0.65f;
+  }
+  const std::string level = put("odd.gltf", makeGltf(parts));
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"info", level}, std::vector<std::string>{"info", level, "--json"}}) {
+    const std::string out = run(command).out;
+    const std::size_t bounds = out.find("boundsMaxM");
+    ASSERT_NE(bounds, std::string::npos) << out;
+    std::size_t digits = 0;
+    for (const char c : out.substr(bounds)) {
+      digits = c >= '0' && c <= '9' ? digits + 1 : 0;
+      ASSERT_LT(digits, 10u) << out;
+    }
+  }
+}
+
 TEST_F(Cli, scenesWithNothingToBakeFailByName) {
   GltfParts ignored;
   ignored.nodeExtras = "\"extras\":{\"relume\":{\"bake\":\"dynamic\"}},";

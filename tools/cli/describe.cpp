@@ -8,6 +8,7 @@
 #include "bake/import/check_mesh.h"
 #include "formats/decimal.h"
 #include "formats/format_version.h"
+#include "tools/base/shown_float.h"
 #include "tools/render/scene_bounds.h"
 
 #include <algorithm>
@@ -22,7 +23,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-Json vec3(const glm::vec3& v) { return Json::array({v.x, v.y, v.z}); }
+Json vec3(const glm::vec3& v) { return Json::array({shownFloat(v.x), shownFloat(v.y), shownFloat(v.z)}); }
 
 // Points sorted into the buckets of a uniform grid, so that neighbours are found in 27 short ranges.
 class BucketGrid {
@@ -123,7 +124,7 @@ Json describeSurfels(const Bake& bake) {
   return {{"count", s.count()},
           {"emitters", emitters},
           {"drivable", describeDrivable(bake.emitters)},
-          {"areaEachM2", s.areaEach},
+          {"areaEachM2", shownFloat(s.areaEach)},
           {"areaTotalM2", static_cast<double>(s.areaEach) * s.count()},
           {"readFromGrid", onGrid},
           {"spacingMinM", spacing.min},
@@ -148,7 +149,7 @@ Json describeCaches(const Caches& c) {
             {"valid", valid(c.grid.cache)},
             {"bricks", c.grid.brickCount()},
             {"cells", c.grid.brick.size()},
-            {"finestSpacingM", c.grid.finestSpacing()},
+            {"finestSpacingM", shownFloat(c.grid.finestSpacing())},
             {"knowsDepths", !c.grid.depth.empty()},
             {"caches", onGrid}}},
           {"lightmap",

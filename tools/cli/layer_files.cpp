@@ -2,6 +2,7 @@
 // See layer_files.h.
 #include "tools/cli/layer_files.h"
 
+#include "tools/base/shown_float.h"
 #include "tools/images/image_io.h"
 #include "tools/render/drive_scene.h"
 #include "tools/render/exposure.h"
@@ -130,12 +131,12 @@ nlohmann::json describeScale(const std::vector<Aov>& aovs, const PictureScale& s
   for (const Aov aov : aovs) {
     if (isLight(aov)) described["exposureStops"] = roundedStops(scale.exposureStops);
     if (aov == Aov::position) {
-      described["positionBlackM"] = {low.x, low.y, low.z};
-      described["positionWhiteM"] = {high.x, high.y, high.z};
+      described["positionBlackM"] = {shownFloat(low.x), shownFloat(low.y), shownFloat(low.z)};
+      described["positionWhiteM"] = {shownFloat(high.x), shownFloat(high.y), shownFloat(high.z)};
     }
     if (aov == Aov::depth) {
-      described["depthWhiteM"] = scale.nearestM;
-      described["depthDarkestM"] = scale.farthestM;
+      described["depthWhiteM"] = shownFloat(scale.nearestM);
+      described["depthDarkestM"] = shownFloat(scale.farthestM);
     }
   }
   return described;

@@ -5,6 +5,7 @@
 #include "bake/base/read_json.h"
 #include "formats/compact_links.h"
 #include "formats/format_version.h"
+#include "tools/base/shown_float.h"
 #include "tools/compare/compare_scene.h"
 
 #include <glm/common.hpp>
@@ -21,7 +22,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-Json vec3(const glm::vec3& v) { return Json::array({v.x, v.y, v.z}); }
+Json vec3(const glm::vec3& v) { return Json::array({shownFloat(v.x), shownFloat(v.y), shownFloat(v.z)}); }
 Json pairOf(const Json& a, const Json& b) { return {{"a", a}, {"b", b}}; }
 
 std::uint64_t bytesOf(const BakeFile& file) {
@@ -117,7 +118,7 @@ Json compareSurfels(const Surfels& a, const Surfels& b) {
     }
   }
   return {{"count", pairOf(a.count(), b.count())},
-          {"areaEachM2", pairOf(a.areaEach, b.areaEach)},
+          {"areaEachM2", pairOf(shownFloat(a.areaEach), shownFloat(b.areaEach))},
           {"same", same},
           {"moved", moved},
           {"elsewhere", elsewhere},
