@@ -157,8 +157,13 @@ function(relume_command_line target)
   endif()
 endfunction()
 
-# Register a test by its command; `timeout` [s] is more than it takes where nothing else runs, and may be empty. What ends it
-# is four times that: a test that hangs, not one that is slow. Files of two builds' tests, which may run at once, stay apart.
+# What a test takes at most where nothing else runs [s]. What ends it is four times that: a test that hangs, not one that is slow.
+function(relume_test_limit name seconds)
+  math(EXPR limit "4 * ${seconds}")
+  set_tests_properties(${name} PROPERTIES TIMEOUT ${limit})
+endfunction()
+
+# Register a test by its command; `timeout` [s] is that limit, and may be empty. Files of two builds' tests, which may run at once, stay apart.
 function(relume_add_test name timeout)
   set(temporary ${PROJECT_BINARY_DIR}/temporary)
   file(MAKE_DIRECTORY ${temporary})
@@ -166,8 +171,8 @@ function(relume_add_test name timeout)
   set_tests_properties(${name} PROPERTIES ENVIRONMENT "TMPDIR=${temporary};TEST_TMPDIR=${temporary}")
   # What may take long starts first, so that no processor waits for the last one.
   if(timeout)
-    math(EXPR limit "4 * ${timeout}")
-    set_tests_properties(${name} PROPERTIES TIMEOUT ${limit} COST ${timeout})
+    relume_test_limit(${name} ${timeout})
+    set_tests_properties(${name} PROPERTIES COST ${timeout})
   endif()
 endfunction()
 

@@ -11,7 +11,7 @@ is wrong without any compiler's saying so. Those in an anonymous namespace are a
 
     tests/architecture/check_architecture.py [--root DIR]
 
-Exit status: 0 nothing found; 1 an include or a type that must not be, each named by file and line; 2 the page cannot be read.
+Exit status: 0 nothing found; 1 an include, a type or a test's limit that must not be, each named by file and line; 2 the page cannot be read.
 """
 import argparse
 import fnmatch
@@ -146,6 +146,19 @@ def check_cycles(rooms):
     return problems
 
 
+def check_limits(root):
+    """Limits of tests are four times what they take, which one function multiplies."""
+    names = subprocess.run(['git', 'ls-files', '*CMakeLists.txt'], cwd=root, capture_output=True, text=True, check=True)
+    problems = []
+    for path in names.stdout.split():
+        with open(os.path.join(root, path), encoding='utf8') as file:
+            for number, line in enumerate(file, 1):
+                if 'PROPERTIES' in line and 'TIMEOUT' in line:
+                    problems.append(f'{path}:{number}: the limit of a test is set by relume_test_limit() '
+                                    '(cmake/RelumeTarget.cmake)')
+    return problems
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split('\n')[0])
     parser.add_argument('--root', default=os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..'))
@@ -159,7 +172,7 @@ def main():
     rooms, packages = read_rooms(page), read_packages(page)
     files = sources(root)
     everything = set(files)
-    problems = check_cycles(rooms)
+    problems = check_cycles(rooms) + check_limits(root)
     for path in files:
         problems += check_file(root, path, rooms, packages, everything)
     problems += check_types(root, [path for path in files if path.endswith(('.h', '.cpp'))])

@@ -66,6 +66,10 @@ class CheckArchitecture(unittest.TestCase):
     def test_folders_without_a_room(self):
         self.expect('attic/x.cpp', '', 'its folder has no room')
 
+    def test_limits_of_tests_by_hand(self):
+        self.expect('tests/CMakeLists.txt', 'relume_test_limit(b 300)\nset_tests_properties(a PROPERTIES TIMEOUT 1200)\n',
+                    'tests/CMakeLists.txt:2: the limit of a test is set by relume_test_limit()')
+
     def test_circles(self):
         page = PAGE.replace('formats ->\n', 'formats -> runtime\n')
         status, said = check(self.good, page)
