@@ -146,8 +146,44 @@ TEST_F(StatusCli, depfilesHoldOddNames) {
   }
 }
 
+// What one of them alone can read is written, with a word on who cannot; it is read by the other.
+TEST_F(StatusCli, depfilesOfNamesThatOneOfBothCannotReadAreToldOf) {
+  for (const char* tool : {"make --version", "ninja --version"}) {
+    if (std::system((std::string(tool) + " >/dev/null 2>&1").c_str()) != 0) GTEST_SKIP() << tool << " does not run";
+  }
+  const auto call = [&](const std::string& command) {
+    const int status = std::system(("cd '" + folder_.string() + "' && " + command).c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  put("Makefile", "out/room.relume:\n\ttouch $@\ninclude room.d\n");
+  put("build.ninja",
+      "rule bake\n  command = cp room.d copy.d && touch out/room.relume\n  depfile = copy.d\n  deps = gcc\n"
+      "build out/room.relume: bake\n");
+  for (const char* name : {"a=b.json", "c (d)", "e*f.json", "g?h.json", "i&j.json", "k'l.json", "plain.json"}) {
+    const std::string options = put(name, "{\"seed\": 3}"), text = name;
+    const ProgramResult baked =
+        runProgram(bakeArguments("room.gltf", "out/room.relume", {"--force", "--options", name, "--depfile", "room.d"}),
+                   folder_, [&] { std::filesystem::current_path(folder_); });
+    ASSERT_EQ(baked.status, 0) << baked.err;
+    const bool isUpToDate = call("make -q out/room.relume >make.txt 2>&1") == 0;
+    fs::last_write_time(options, fs::last_write_time(out_) + std::chrono::seconds(10));
+    const bool byMake = isUpToDate && call("make -q out/room.relume >make.txt 2>&1") == 1;
+    for (const char* log : {".ninja_deps", ".ninja_log"}) fs::remove(at(log));
+    call("ninja out/room.relume >ninja.txt 2>&1; ninja -t deps >ninja.txt");
+    const bool byNinja = readAll(at("ninja.txt")).find("\n    " + text + "\n") != std::string::npos;
+    const auto warns = [&](const char* who) {
+      return baked.err.find(std::string("which ") + who + " cannot read from a depfile") != std::string::npos;
+    };
+    EXPECT_EQ(warns("Make"), !byMake) << name << ": " << baked.err;
+    EXPECT_EQ(warns("Ninja"), !byNinja) << name << ": " << baked.err;
+  }
+  const ProgramResult target = run(bakeArguments(room_, at("r=s.relume"), {"--depfile", at("room.d")}));
+  EXPECT_EQ(target.status, 0) << target.err;
+  EXPECT_NE(target.err.find("a \"=\" in the name, which Make cannot read"), std::string::npos) << target.err;
+}
+
 TEST_F(StatusCli, depfilesOfNamesThatNobodyCanReadAreRefused) {
-  for (const char* name : {"a;b.json", "c|d.json", "e\nf.json"}) {
+  for (const char* name : {"a;b.json", "c|d.json", "e\nf.json", "j\\", "k&"}) {
     const std::string options = put(name, "{\"seed\": 3}");
     const ProgramResult result = run(bakeArguments(room_, out_, {"--options", options, "--depfile", at("room.d")}));
     EXPECT_EQ(result.status, 1) << name;

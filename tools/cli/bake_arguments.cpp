@@ -107,8 +107,11 @@ Status writeSideFiles(const BakeArguments& arguments, const std::string& output,
   return writeText(arguments.depfile, makeDepfile(output, dependencies(arguments, scene)));
 }
 
-Status checkDepfile(const BakeArguments& arguments, const std::string& output, const Scene& scene) {
-  return arguments.depfile.empty() ? done() : checkDepfileNames(output, dependencies(arguments, scene));
+Status checkDepfile(const BakeArguments& arguments, const std::string& output, const Scene& scene, Context& context) {
+  if (arguments.depfile.empty()) return done();
+  const std::vector<std::filesystem::path> files = dependencies(arguments, scene);
+  for (const std::string& warning : depfileWarnings(output, files)) context.message(Severity::warning, warning);
+  return checkDepfileNames(output, files);
 }
 
 int endUpToDate(const BakeArguments& arguments, const std::string& output, const Scene* scene,

@@ -57,8 +57,8 @@ Status writeReport(const std::string& path, const std::string& report);
 // Report and depfile of `output`, which are written whether or not there was something to bake.
 Status writeSideFiles(const BakeArguments& arguments, const std::string& output, const Scene& scene,
                       const std::string& report);
-// Whether the depfile of `output` can be written, where one is asked for.
-Status checkDepfile(const BakeArguments& arguments, const std::string& output, const Scene& scene);
+// Whether the depfile of `output` can be written, where one is asked for; a warning for what not everybody can read.
+Status checkDepfile(const BakeArguments& arguments, const std::string& output, const Scene& scene, Context& context);
 
 // What stands at the output, where `read` takes it for what would be made; else nothing, and a message says why it is
 // made again, behind `doing`. Nothing and no message where there is no file, or one without a byte.

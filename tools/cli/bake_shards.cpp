@@ -50,7 +50,7 @@ Result<Scene> loadLevel(const BakeArguments& arguments, const std::string& outpu
   if (!scene) return scene;
   files.read("a file of the scene", scene->files);
   if (const Status status = checkApart(files); !status) return status.error();
-  if (const Status status = checkDepfile(arguments, output, *scene); !status) return status.error();
+  if (const Status status = checkDepfile(arguments, output, *scene, context); !status) return status.error();
   return scene;
 }
 

@@ -126,7 +126,7 @@ int runBake(const BakeArguments& arguments) {
   if (!scene) return terminal.finish(), fail(scene.error());
   files.read("a file of the scene", scene->files);
   if (const Status status = checkApart(files); !status) return terminal.finish(), fail(status.error());
-  if (const Status status = checkDepfile(arguments, arguments.output, *scene); !status)
+  if (const Status status = checkDepfile(arguments, arguments.output, *scene, context); !status)
     return terminal.finish(), fail(status.error());
   if (!arguments.exportedLevel.empty()) {
     if (const Status status = checkExportable(arguments.scene); !status) return terminal.finish(), fail(status.error());
