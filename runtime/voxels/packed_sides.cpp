@@ -27,7 +27,7 @@ constexpr float kPlaceSteps = 256.0f, kAlbedoRange = 4095.0f;
 constexpr float kNormalRange = static_cast<float>((1u << (kNormalBits - 1)) - 1);
 
 // Areas in faces of a voxel: a float's upper bits, from 2^-18 on.
-constexpr std::uint32_t kAreaBits = 14, kAreaShift = 14, kLeastArea = (127u - 18u) << (23 - kAreaShift);
+constexpr std::uint32_t kAreaBits = 14, kAreaShift = 14, kLeastPackedArea = (127u - 18u) << (23 - kAreaShift);
 // Places of light: a normal along an axis, or any; a plane by where it crosses the axis, or by its product.
 constexpr int kAxialLength = 127;
 constexpr std::uint32_t kAxialBits = 3, kAnyBits = 8, kAxialPlaneBits = 7, kPlaneBits = 14, kStepBits = 7;
@@ -193,10 +193,10 @@ SideSamples readPlaces(PackedBitsReader& from) {
 // What has an area keeps some.
 std::uint32_t packArea(float faces) {
   const std::uint32_t bits = (std::bit_cast<std::uint32_t>(faces) + (1u << (kAreaShift - 1))) >> kAreaShift;
-  return std::clamp(bits, kLeastArea, kLeastArea + (1u << kAreaBits) - 1) - kLeastArea;
+  return std::clamp(bits, kLeastPackedArea, kLeastPackedArea + (1u << kAreaBits) - 1) - kLeastPackedArea;
 }
 float unpackArea(std::uint64_t bits) {
-  return std::bit_cast<float>((static_cast<std::uint32_t>(bits) + kLeastArea) << kAreaShift);
+  return std::bit_cast<float>((static_cast<std::uint32_t>(bits) + kLeastPackedArea) << kAreaShift);
 }
 
 Faced facedOf(const std::array<VoxelSide, 2>& side) {
