@@ -74,7 +74,7 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
     for (std::size_t i = begin; i < end; ++i) {
       const Hit& hit = hits[i];
       if (!hit) {
-        count.open += 1.0f;
+        count.missed += 1.0f;
         continue;
       }
       count.free = std::min(count.free, hit.distance);
@@ -85,10 +85,8 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
         if (hit.instance == own) count.ownBack += 1.0f;
       } else if (hit.distance < contact)
         count.near += 1.0f;
-      if (playSpace_.seenAt(2 * (instance.firstTriangle + hit.triangle) + (hit.back ? 1u : 0u), hit.barycentric)) {
+      if (playSpace_.seenAt(2 * (instance.firstTriangle + hit.triangle) + (hit.back ? 1u : 0u), hit.barycentric))
         count.seen += 1.0f;
-        count.open += 1.0f;
-      }
     }
   };
   cast(0, kFirstRays);
@@ -100,7 +98,7 @@ Surroundings Prober::probe(const glm::vec3& positionWorld, const glm::vec3& norm
     cast(kFirstRays, kSeenRays);
     raysCast = static_cast<float>(kSeenRays);
   }
-  for (float* share : {&count.back, &count.ownBack, &count.near, &count.seen, &count.open, &count.nearness})
+  for (float* share : {&count.back, &count.ownBack, &count.near, &count.seen, &count.missed, &count.nearness})
     *share /= raysCast;
   return count;
 }

@@ -17,7 +17,7 @@ struct Surroundings {
   float ownBack = 0.0f;  // of these, one of the instance that was named
   float near = 0.0f;     // hit something within `contact`
   float seen = 0.0f;     // hit a side that the play space sees
-  float open = 0.0f;     // hit such a side, or nothing
+  float missed = 0.0f;   // hit nothing
   float free = std::numeric_limits<float>::infinity();  // [m] no ray hits anything nearer
   float nearness = 0.0f;  // [1/m] mean of 1 / distance to what is hit, which is taken to be `contact` away at least
 };

@@ -235,7 +235,7 @@ class Sharer {
   struct ProbedSpot {
     std::uint32_t point = 0;  // of the texel's
     SurfaceSpot spot;
-    float back = 0.0f, open = 0.0f, nearness = 0.0f;  // of its Surroundings
+    float back = 0.0f, open = 0.0f, nearness = 0.0f;  // of its Surroundings; open: seen or missed
   };
 
   // Of spots from which few rays meet back faces, the first that is not much closer to something than most of them are.
@@ -272,7 +272,7 @@ class Sharer {
       const bool outside = around.back <= tolerance && around.back + around.near <= kMaxNearShare;
       const bool gap = around.ownBack == 0.0f && around.seen >= kMinSeenInGap;
       if (!outside && !gap) continue;
-      const ProbedSpot probed{k, spot, around.back, around.open, around.nearness};
+      const ProbedSpot probed{k, spot, around.back, around.seen + around.missed, around.nearness};
       if (around.back <= options_.maxBackFaceShare) open.push_back(probed);
       if (around.back < least.back) least = probed;
       if (!open.empty() && open[0].nearness * size <= kFreeNearness) break;
