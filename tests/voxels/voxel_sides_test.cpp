@@ -19,6 +19,8 @@ namespace {
 
 using test::closedSurface, test::unit, test::VoxelLevel;
 
+glm::ivec3 inBytes(const glm::vec3& normal) { return glm::ivec3(glm::floor(127.0f * normal + 0.5f)); }
+
 // A voxel's sides by chance: one or both are faced, flat or curved, along an axis or not, of planes that pass through
 // the voxel and of places that are on none.
 MadeSides someSides(std::mt19937& random) {

@@ -276,7 +276,5 @@ TEST(March, raysFromOutsideAndAlongAxes) {
   }
 }
 
-glm::ivec3 inBytes(const glm::vec3& normal) { return glm::ivec3(glm::floor(127.0f * normal + 0.5f)); }
-
 }  // namespace
 }  // namespace relume
