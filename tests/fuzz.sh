@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # Build the libFuzzer targets (clang, ASan and UBSan) and run each for a while, as many at once as there are processors. Stops with
-# an error at a crash, a leak, or an input that costs more than a second of CPU time (a bake: ten); the input that did it is kept
-# in build/fuzz/findings.
+# an error at a crash, a leak, or an input that costs more CPU time than two loops of the shell that are timed beside it, together
+# some two seconds (a bake: twenty loops), however fast the machine is; the input that did it is kept in build/fuzz/findings.
 #   tests/fuzz.sh                        a minute each
 #   tests/fuzz.sh --minutes N [NAME...]  N minutes each, or those targets only
 #   tests/fuzz.sh --built DIR NAME...    what the build DIR has made, 10 seconds each and always from the same seed: a suite that
@@ -56,17 +56,25 @@ done
 export UBSAN_OPTIONS=print_stacktrace=1
 export ASAN_OPTIONS=malloc_context_size=4:quarantine_size_mb=1  # half the time goes into stacks of allocations and cold memory otherwise
 
+# loop_ms: CPU time of a loop of the shell [ms], the measure of what an input may cost here and now.
+loop_ms() {
+  local time TIMEFORMAT=%3U
+  time=$({ time for ((i = 0; i < 400000; ++i)); do :; done; } 2>&1)
+  echo $((10#${time/[.,]/}))
+}
+
 # fuzz NAME: run one target; fails where it found something.
 fuzz() {
-  local name=$1 slow slow_s=1
-  [ "$name" != bake ] || slow_s=10
+  local name=$1 slow slow_s=1 loops=2 limit_s
+  [ "$name" != bake ] || slow_s=10 loops=20
   "$programs/fuzz_$name" -seed="$seed" -max_total_time="$seconds" -timeout=600 -report_slow_units=$slow_s -rss_limit_mb=2048 \
     -max_len=8192 -entropic=0 -artifact_prefix="$findings/$name-" -print_final_stats=1 "$corpus/$name" "$seeds/$name" || return 1
-  # What took longer by the clock must not have: again, by CPU time.
+  # What took long by the clock is run again: a slow or busy machine is no finding.
   for slow in "$findings/$name"-slow-unit-*; do
     [ -e "$slow" ] || continue
-    if (ulimit -t $((2 * slow_s)) && "$programs/fuzz_$name" "$slow" >/dev/null 2>&1); then rm "$slow"; else
-      echo "fuzz_$name: slow: $slow" >&2
+    limit_s=$(((loops * $(loop_ms) + 999) / 1000))
+    if (ulimit -t "$limit_s" && "$programs/fuzz_$name" "$slow" >/dev/null 2>&1); then rm "$slow"; else
+      echo "fuzz_$name: slow, over $limit_s s of CPU time: $slow" >&2
       return 1
     fi
   done
