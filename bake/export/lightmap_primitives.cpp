@@ -30,10 +30,14 @@ struct SourcePrimitive {
   std::optional<DracoPrimitive> draco;
   std::uint32_t vertexCount = 0;
   std::vector<std::uint32_t> corner;  // [Size 3 * triangles] vertex, in drawing order
-  std::vector<std::uint32_t> likes;   // [Size 3 * triangles] corner whose light it takes: its own, or for a triangle
-                                      // that the repair took out, that of the triangle it lies on
-  std::vector<std::uint8_t> unseen;   // [Size triangles]
   bool compact = false;               // most of its vertices are other primitives'
+};
+
+// What depends on the shape that morph weights give a primitive.
+struct SourceShape {
+  std::vector<std::uint32_t> likes;  // [Size 3 * triangles] corner whose light it takes: its own, or for a triangle
+                                     // that the repair took out, that of the triangle it lies on
+  std::vector<std::uint8_t> unseen;  // [Size triangles]
 };
 
 bool isAt(const glm::uvec3& triangle, std::uint32_t vertex) { return triangle == glm::uvec3(vertex); }
@@ -43,7 +47,7 @@ Error changed(const LevelDocument& document, const std::string& where) {
 }
 
 // Which triangles have no area, and what those that the repair collapsed lie on.
-Status findUnseen(const LevelDocument& document, const Mesh& mesh, SourcePrimitive& source) {
+Result<SourceShape> findUnseen(const LevelDocument& document, const Mesh& mesh, const SourcePrimitive& source) {
   // The importer keeps the vertices in use, in their order.
   std::vector<std::uint32_t> rank(source.vertexCount, 0);
   for (const std::uint32_t v : source.corner) rank[v] = 1;
@@ -52,9 +56,10 @@ Status findUnseen(const LevelDocument& document, const Mesh& mesh, SourcePrimiti
   const std::size_t triangles = source.corner.size() / 3;
   if (used != mesh.position.size() || triangles != mesh.triangle.size()) return changed(document, source.where);
 
-  source.likes.resize(source.corner.size());
-  std::iota(source.likes.begin(), source.likes.end(), 0u);
-  source.unseen.assign(triangles, 0);
+  SourceShape out;
+  out.likes.resize(source.corner.size());
+  std::iota(out.likes.begin(), out.likes.end(), 0u);
+  out.unseen.assign(triangles, 0);
   const auto position = [&](std::size_t corner) { return mesh.position[rank[source.corner[corner]]]; };
   const auto collapsed = [&](std::size_t t) {
     const glm::uvec3& now = mesh.triangle[t];
@@ -77,29 +82,29 @@ Status findUnseen(const LevelDocument& document, const Mesh& mesh, SourcePrimiti
   std::vector<std::size_t> doubles;
   for (std::size_t t = 0; t < triangles; ++t) {
     const glm::vec3 a = position(3 * t), b = position(3 * t + 1), c = position(3 * t + 2);
-    source.unseen[t] = glm::cross(b - a, c - a) == glm::vec3(0.0f);
-    if (!source.unseen[t] && collapsed(t)) doubles.push_back(t);
+    out.unseen[t] = glm::cross(b - a, c - a) == glm::vec3(0.0f);
+    if (!out.unseen[t] && collapsed(t)) doubles.push_back(t);
   }
-  if (doubles.empty()) return done();
+  if (doubles.empty()) return out;
   std::map<Outline, std::pair<std::size_t, std::size_t>> first;  // triangle, the corner it begins at
   for (std::size_t t = 0; t < triangles; ++t) {
-    if (source.unseen[t] || collapsed(t)) continue;
+    if (out.unseen[t] || collapsed(t)) continue;
     const auto [outline, begin] = outlineOf(t);
     first.try_emplace(outline, t, begin);
   }
   for (const std::size_t t : doubles) {
     const auto [outline, begin] = outlineOf(t);
     const auto found = first.find(outline);
-    source.unseen[t] = found == first.end();
+    out.unseen[t] = found == first.end();
     for (std::size_t k = 0; k < 3 && found != first.end(); ++k)
-      source.likes[3 * t + (begin + k) % 3] =
+      out.likes[3 * t + (begin + k) % 3] =
           static_cast<std::uint32_t>(3 * found->second.first + (found->second.second + k) % 3);
   }
-  return done();
+  return out;
 }
 
 Result<SourcePrimitive> readSource(const LevelDocument& document, AccessorReader& reader, std::uint32_t mesh,
-                                   std::uint32_t primitive, const Mesh& imported) {
+                                   std::uint32_t primitive) {
   const tinygltf::Model& model = document.source().model;
   SourcePrimitive out;
   out.where = jsonPath("meshes", static_cast<int>(mesh)) + "." + jsonPath("primitives", static_cast<int>(primitive));
@@ -143,7 +148,6 @@ Result<SourcePrimitive> readSource(const LevelDocument& document, AccessorReader
       std::any_of(out.element["extensions"].items().begin(), out.element["extensions"].items().end(),
                   [](const auto& e) { return e.key() != kDracoExtension && e.key() != "KHR_materials_variants"; });
   out.compact = !named && 2 * static_cast<std::size_t>(std::count(used.begin(), used.end(), 1)) < used.size();
-  if (const Status status = findUnseen(document, imported, out); !status) return status.error();
   return out;
 }
 
@@ -217,21 +221,22 @@ class Copies {
 };
 
 // Where an instance's corners are on the map; nothing where none is.
-std::optional<ChartedCorners> cornersOf(const SourcePrimitive& source, const Lightmap& map, std::uint32_t instance) {
+std::optional<ChartedCorners> cornersOf(const SourcePrimitive& source, const SourceShape& shape, const Lightmap& map,
+                                        std::uint32_t instance) {
   const LightmapPart& part = map.parts[instance];
   ChartedCorners out;
   out.front.resize(source.corner.size());
   out.back.resize(source.corner.size());
   bool any = false;
   for (std::size_t c = 0; c < source.corner.size(); ++c) {
-    const std::uint64_t at = part.firstCorner + source.likes[c];
+    const std::uint64_t at = part.firstCorner + shape.likes[c];
     out.front[c] = at < map.cornerUv.size() ? map.cornerUv[at] : kGridLit;
     out.back[c] = at < map.backCornerUv.size() ? map.backCornerUv[at] : kGridLit;
     any |= out.front[c] != kGridLit || out.back[c] != kGridLit;
   }
   if (!any) return std::nullopt;
   out.vertex = source.corner;
-  out.unseen = source.unseen;
+  out.unseen = shape.unseen;
   return out;
 }
 
@@ -243,13 +248,20 @@ class Maker {
   // All instances of one primitive.
   Status make(std::uint32_t mesh, std::uint32_t primitive, std::span<const std::uint32_t> instances,
               LightmapPrimitives& out) {
-    const Mesh& imported = scene_.meshes[scene_.instances[instances.front()].mesh];
-    const Result<SourcePrimitive> source = readSource(document_, reader_, mesh, primitive, imported);
+    const Result<SourcePrimitive> source = readSource(document_, reader_, mesh, primitive);
     if (!source) return source.error();
     Copies copies(document_, *source);
+    std::map<std::uint32_t, SourceShape> shapes;  // by the scene's mesh
     for (const std::uint32_t i : instances) {
       if (3ull * map_.parts[i].triangleCount != source->corner.size()) return changed(document_, source->where);
-      const std::optional<ChartedCorners> corners = cornersOf(*source, map_, i);
+      const std::uint32_t imported = scene_.instances[i].mesh;
+      auto shape = shapes.find(imported);
+      if (shape == shapes.end()) {
+        Result<SourceShape> found = findUnseen(document_, scene_.meshes[imported], *source);
+        if (!found) return found.error();
+        shape = shapes.emplace(imported, std::move(*found)).first;
+      }
+      const std::optional<ChartedCorners> corners = cornersOf(*source, shape->second, map_, i);
       if (!corners) continue;
       const SplitVertices split = splitVertices(*corners, source->vertexCount, source->compact);
       Result<json> made = copies.primitive(split);

@@ -5,6 +5,7 @@
 
 #include "bake/base/read_json.h"
 #include "bake/import/gltf_file.h"
+#include "bake/import/gltf_morph.h"
 #include "bake/import/gltf_schema.h"
 #include "relume/bake/context.h"
 
@@ -221,6 +222,7 @@ Result<GltfDocument> loadGltfDocument(const std::filesystem::path& path, Context
   if (!root) return root.error();
   if (Status status = loadBuffers(*root, *container, document); !status) return status.error();
   takeImages(*root, document);
+  document.animatedWeights = findAnimatedWeights(*root);
   if (Status status = parseModel(*root, document); !status) return status.error();
   document.decodedViews.resize(document.model.bufferViews.size());
   if (Status status = decodeMeshopt(document); !status) return status.error();

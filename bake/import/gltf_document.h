@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,6 +20,11 @@ namespace relume {
 class Context;
 
 inline constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
+
+// Whose morph weights animations move.
+struct AnimatedWeights {
+  std::set<int> nodes, meshes;
+};
 
 struct GltfDocument {
   std::string file;  // name without folder, opens every message
@@ -31,6 +37,7 @@ struct GltfDocument {
     int bufferView = -1;
   };
   std::vector<ImageSource> images;
+  AnimatedWeights animatedWeights;
   std::vector<std::filesystem::path> files;  // read so far
   std::uint64_t dataBytes = 0;               // JSON, buffers and decoded views: what allocations are measured against
 

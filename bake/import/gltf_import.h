@@ -4,6 +4,7 @@
 
 #include "bake/import/gltf_accessors.h"
 #include "bake/import/gltf_document.h"
+#include "bake/import/gltf_morph.h"
 #include "relume/bake/context.h"
 #include "relume/bake/scene.h"
 #include "relume/result.h"
@@ -14,7 +15,11 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 namespace relume {
@@ -40,37 +45,43 @@ Result<DracoPrimitive> decodeDraco(const GltfDocument& document, const tinygltf:
 // section 3.7.2.1.
 std::vector<std::uint32_t> unrollTriangles(std::vector<std::uint32_t> indices, int mode);
 
-// Turns glTF meshes into Scene meshes, each once, when first asked for.
+// Turns glTF meshes into Scene meshes, each once for each shape that nodes draw it in, when first asked for.
 class MeshImporter {
  public:
   MeshImporter(const GltfDocument& document, std::vector<UvSets> uvSets, Scene& scene, Context& context)
       : document_(document), uvSets_(std::move(uvSets)), scene_(scene), context_(context), reader_(document) {}
 
-  // Scene meshes of a glTF mesh, one a primitive; kNone for primitives without triangles.
-  Result<const std::vector<std::uint32_t>*> import(int mesh);
+  // Scene meshes of a node's glTF mesh in the shape that the node draws, one a primitive; kNone for primitives without
+  // triangles. `where` names the node.
+  Result<std::vector<std::uint32_t>> import(const tinygltf::Node& node, const std::string& where);
   AccessorReader& reader() { return reader_; }
 
  private:
-  Result<std::uint32_t> importPrimitive(const tinygltf::Primitive& primitive, const std::string& name,
-                                        const std::string& where);
-  Status readAttributes(const tinygltf::Primitive& primitive, const std::string& where, Mesh& mesh,
-                        std::vector<std::uint32_t>& indices);
+  Result<std::vector<double>> weightsOf(const tinygltf::Node& node, const std::string& where);
+  Result<std::uint32_t> importPrimitive(const tinygltf::Primitive& primitive, const MorphWeights& weights,
+                                        const std::string& name, const std::string& where);
+  Status readAttributes(const tinygltf::Primitive& primitive, const MorphWeights& weights, const std::string& where,
+                        Mesh& mesh, std::vector<std::uint32_t>& indices);
   Status fillMesh(const std::map<std::string, const AccessorValues*>& attributes, const UvSets& sets,
                   const std::vector<std::uint32_t>& used, const std::string& where, Mesh& mesh);
   void addTangents(const std::string& where, Mesh& mesh);
   Status reserveMesh(const std::map<std::string, const AccessorValues*>& attributes, std::size_t vertices,
                      std::size_t triangles);
+  void tellOnce(Severity severity, std::string_view about, const std::string& where, const std::string& what);
 
   const GltfDocument& document_;
   std::vector<UvSets> uvSets_;
   Scene& scene_;
   Context& context_;
   AccessorReader reader_;
-  std::map<int, std::vector<std::uint32_t>> imported_;
-  std::uint64_t triangles_ = 0;            // of all meshes so far
-  double unreserved_ = 0.0;                // [byte] of meshes that the memory budget was not asked for
-  std::vector<std::uint32_t> renumbered_;  // scratch: new index per vertex, kNone = unused
-  std::vector<glm::vec4> tangents_;        // scratch: TANGENT of the primitive's vertices, empty where it has none
+  std::map<std::tuple<int, std::size_t, MorphWeights>, std::uint32_t> imported_;  // by mesh, primitive and shape
+  std::set<std::pair<std::string_view, std::string>> told_;                       // what was said, of whom
+  std::uint64_t triangles_ = 0;                                                   // of all meshes so far
+  std::uint64_t moved_ = 0;                     // vertices of all meshes so far, by morph targets that move them
+  double unreserved_ = 0.0;                     // [byte] of meshes that the memory budget was not asked for
+  std::vector<std::uint32_t> renumbered_;       // scratch: new index per vertex, kNone = unused
+  std::vector<glm::vec4> tangents_;             // scratch: TANGENT of the primitive's vertices, empty where it has none
+  std::map<std::string, AccessorValues> bent_;  // scratch: attributes of the primitive that morph targets move
 };
 
 // Which unit the intensities of the file's punctual lights have, by `asked`, the file's extras or what their sizes

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace relume {
 namespace {
@@ -87,7 +88,9 @@ Status MeshImporter::fillMesh(const std::map<std::string, const AccessorValues*>
   for (const std::uint32_t v : used) {
     const glm::vec3 position = vec3At(positions, v);
     if (!finite(position))
-      return document_.invalid(where, "POSITION of vertex " + std::to_string(v) + " is not finite");
+      return document_.invalid(where, "POSITION of vertex " + std::to_string(v) +
+                                          (bent_.contains("POSITION") ? ", moved by its morph targets," : "") +
+                                          " is not finite");
     mesh.position.push_back(position);
   }
   if (const AccessorValues* normals = find("NORMAL")) {
@@ -122,10 +125,10 @@ Status MeshImporter::fillMesh(const std::map<std::string, const AccessorValues*>
     }
   }
   if (broken > 0)
-    context_.message(Severity::warning,
-                     document_.at(where + ": " + std::to_string(broken) +
-                                  " texture coordinates are not finite or beyond 1e7 and read as 0; unwrap the "
-                                  "mesh again, or export it anew"));
+    tellOnce(Severity::warning, "TEXCOORD", where,
+             std::to_string(broken) +
+                 " texture coordinates are not finite or beyond 1e7 and read as 0; unwrap the mesh again, or export it "
+                 "anew");
   return done();
 }
 
@@ -147,8 +150,8 @@ Status MeshImporter::reserveMesh(const std::map<std::string, const AccessorValue
 }
 
 // Read indices and the attributes the baker knows into `mesh`, compacted to the vertices in use.
-Status MeshImporter::readAttributes(const tinygltf::Primitive& primitive, const std::string& where, Mesh& mesh,
-                                    std::vector<std::uint32_t>& indices) {
+Status MeshImporter::readAttributes(const tinygltf::Primitive& primitive, const MorphWeights& weights,
+                                    const std::string& where, Mesh& mesh, std::vector<std::uint32_t>& indices) {
   UvSets sets{0, 1};
   if (primitive.material >= 0) sets = uvSets_[static_cast<std::size_t>(primitive.material)];
   DracoPrimitive draco;
@@ -192,10 +195,12 @@ Status MeshImporter::readAttributes(const tinygltf::Primitive& primitive, const 
   }
   const auto position = attributes.find("POSITION");
   if (position == attributes.end()) {
-    context_.message(Severity::warning,
-                     document_.at(where + ": no POSITION, so it is left out; export it with positions, or delete it"));
+    tellOnce(Severity::warning, "POSITION", where,
+             "no POSITION, so it is left out; export it with positions, or delete it");
     return done();
   }
+  Status morphed = bendAttributes(document_, reader_, primitive, weights, where, attributes, bent_, moved_);
+  if (!morphed) return morphed;
 
   // Indices, their range checked.
   const std::size_t vertexCount = position->second->count;
@@ -239,14 +244,20 @@ void MeshImporter::addTangents(const std::string& where, Mesh& mesh) {
   const TextureRef& map = scene_.materials[mesh.material].gloss.normalTexture;
   const std::size_t broken = makeTangents(mesh, tangents_, map);
   if (broken == 0) return;
-  context_.message(Severity::warning,
-                   document_.at(where + ": " + std::to_string(broken) + " of " + std::to_string(mesh.triangle.size()) +
-                                " triangles have a normal map, but no texture coordinates with an area, nor tangents; "
-                                "they are drawn without it: unwrap the mesh"));
+  tellOnce(Severity::warning, "TANGENT", where,
+           std::to_string(broken) + " of " + std::to_string(mesh.triangle.size()) +
+               " triangles have a normal map, but no texture coordinates with an area, nor tangents; they are drawn "
+               "without it: unwrap the mesh");
 }
 
-Result<std::uint32_t> MeshImporter::importPrimitive(const tinygltf::Primitive& primitive, const std::string& name,
-                                                    const std::string& where) {
+// Of a primitive that is imported in several shapes, say each thing once.
+void MeshImporter::tellOnce(Severity severity, std::string_view about, const std::string& where,
+                            const std::string& what) {
+  if (told_.emplace(about, where).second) context_.message(severity, document_.at(where + ": " + what));
+}
+
+Result<std::uint32_t> MeshImporter::importPrimitive(const tinygltf::Primitive& primitive, const MorphWeights& weights,
+                                                    const std::string& name, const std::string& where) {
   const int mode = primitive.mode;
   if (mode < TINYGLTF_MODE_POINTS || mode > TINYGLTF_MODE_TRIANGLE_FAN)
     return document_.invalid(where, "mode " + std::to_string(mode) + "; expected 0 to 6");
@@ -263,7 +274,7 @@ Result<std::uint32_t> MeshImporter::importPrimitive(const tinygltf::Primitive& p
   mesh.name = name;
   mesh.material = material < 0 ? kNone : static_cast<std::uint32_t>(material);
   std::vector<std::uint32_t> indices;
-  if (Status status = readAttributes(primitive, where, mesh, indices); !status) return status.error();
+  if (Status status = readAttributes(primitive, weights, where, mesh, indices); !status) return status.error();
   if (indices.empty()) return kNone;
   mesh.triangle.resize(indices.size() / 3);
   for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
@@ -271,33 +282,65 @@ Result<std::uint32_t> MeshImporter::importPrimitive(const tinygltf::Primitive& p
   const std::size_t broken = repairNormals(mesh);
   mesh.normalsRepaired = broken > 0;
   if (broken > 0)
-    context_.message(Severity::warning,
-                     document_.at(where + ": " + std::to_string(broken) +
-                                  " normals are zero or not finite, and taken from the triangles instead; "
-                                  "recalculate the mesh's normals"));
+    tellOnce(Severity::warning, "NORMAL", where,
+             std::to_string(broken) +
+                 " normals are zero or not finite, and taken from the triangles instead; recalculate the mesh's "
+                 "normals");
   if (hasNormalMap(scene_, mesh)) addTangents(where, mesh);
   scene_.meshes.push_back(std::move(mesh));
   return static_cast<std::uint32_t>(scene_.meshes.size() - 1);
 }
 
-Result<const std::vector<std::uint32_t>*> MeshImporter::import(int mesh) {
-  if (const auto known = imported_.find(mesh); known != imported_.end()) return &known->second;
+// The morph weights that a node draws its mesh with: its own, else its mesh's.
+Result<std::vector<double>> MeshImporter::weightsOf(const tinygltf::Node& node, const std::string& where) {
+  const tinygltf::Mesh& mesh = document_.model.meshes[static_cast<std::size_t>(node.mesh)];
+  const std::vector<double>& weights = node.weights.empty() ? mesh.weights : node.weights;
+  const std::string owner = node.weights.empty() ? jsonPath("meshes", node.mesh) : where;
+  bool bends = false;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    if (!(std::fabs(weights[i]) <= static_cast<double>(std::numeric_limits<float>::max())))
+      return document_.invalid(owner + "." + jsonPath("weights", static_cast<int>(i)), "is not finite as a float");
+    bends |= weights[i] != 0.0;
+  }
+  for (const tinygltf::Primitive& primitive : mesh.primitives) {
+    if (!bends || weights.size() == primitive.targets.size()) continue;
+    tellOnce(Severity::warning, "weights", owner,
+             std::to_string(weights.size()) + " weights for " + std::to_string(primitive.targets.size()) +
+                 " morph targets of " + jsonPath("meshes", node.mesh) + "." +
+                 jsonPath("primitives", static_cast<int>(&primitive - mesh.primitives.data())) + "; " +
+                 (weights.size() < primitive.targets.size() ? "targets without one do not bend it"
+                                                            : "those beyond are left out") +
+                 ": export the mesh anew");
+  }
+  return weights;
+}
+
+Result<std::vector<std::uint32_t>> MeshImporter::import(const tinygltf::Node& node, const std::string& where) {
+  const int mesh = node.mesh;
   const auto& meshes = document_.model.meshes;
   if (mesh < 0 || static_cast<std::size_t>(mesh) >= meshes.size())
     return document_.invalid("nodes",
                              jsonPath("meshes", mesh) + " does not exist, there are " + std::to_string(meshes.size()));
+  const Result<std::vector<double>> weights = weightsOf(node, where);
+  if (!weights) return weights.error();
   const tinygltf::Mesh& source = meshes[static_cast<std::size_t>(mesh)];
   std::vector<std::uint32_t> out;
   for (std::size_t p = 0; p < source.primitives.size(); ++p) {
-    const std::string base = source.name.empty() ? "mesh" + std::to_string(mesh) : source.name;
-    const std::string name = source.primitives.size() > 1 ? base + "#" + std::to_string(p) : base;
-    const std::string where = jsonPath("meshes", mesh) + (source.name.empty() ? "" : " '" + source.name + "'") + "." +
-                              jsonPath("primitives", static_cast<int>(p));
-    const Result<std::uint32_t> id = importPrimitive(source.primitives[p], name, where);
-    if (!id) return id.error();
-    out.push_back(*id);
+    const MorphWeights shape = trimWeights(*weights, source.primitives[p].targets.size());
+    const std::tuple key(mesh, p, shape);
+    auto known = imported_.find(key);
+    if (known == imported_.end()) {
+      const std::string base = source.name.empty() ? "mesh" + std::to_string(mesh) : source.name;
+      const std::string name = source.primitives.size() > 1 ? base + "#" + std::to_string(p) : base;
+      const std::string path = jsonPath("meshes", mesh) + (source.name.empty() ? "" : " '" + source.name + "'") + "." +
+                               jsonPath("primitives", static_cast<int>(p));
+      const Result<std::uint32_t> id = importPrimitive(source.primitives[p], shape, name, path);
+      if (!id) return id.error();
+      known = imported_.emplace(key, *id).first;
+    }
+    out.push_back(known->second);
   }
-  return &imported_.emplace(mesh, std::move(out)).first->second;
+  return out;
 }
 
 }  // namespace relume

@@ -58,7 +58,7 @@ class NodeImporter {
   Status checkRoom(std::uint64_t more, const std::string& where);
   Status addCamera(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld, const std::string& where);
   Status addLight(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld, const std::string& where);
-  void warnOfMorph(const tinygltf::Node& node, const std::string& where);
+  void warnOfMorph(const Visit& at, const tinygltf::Node& node, const std::string& where);
   std::string pathOf(int node) const;
   std::string nameOf(int node) const;
   std::string instanceName(int node);
@@ -314,14 +314,14 @@ Result<std::vector<glm::dmat4>> NodeImporter::gpuInstances(const tinygltf::Node&
 
 Status NodeImporter::addMesh(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld,
                              const std::string& where) {
-  const auto meshes = meshes_.import(node.mesh);
+  const Result<std::vector<std::uint32_t>> meshes = meshes_.import(node, where);
   if (!meshes) return meshes.error();
   const Result<std::vector<glm::dmat4>> copies = gpuInstances(node, where);
   if (!copies) return copies.error();
-  if (Status status = checkRoom(copies->size() * (*meshes)->size(), where); !status) return status;
+  if (Status status = checkRoom(copies->size() * meshes->size(), where); !status) return status;
   for (std::size_t copy = 0; copy < copies->size(); ++copy) {
-    for (std::size_t p = 0; p < (*meshes)->size(); ++p) {
-      const std::uint32_t mesh = (**meshes)[p];
+    for (std::size_t p = 0; p < meshes->size(); ++p) {
+      const std::uint32_t mesh = (*meshes)[p];
       if (mesh == kNone) continue;
       Status added = addInstance(at, toWorld * (*copies)[copy], static_cast<std::uint32_t>(p),
                                  static_cast<std::uint32_t>(copy), mesh, where);
@@ -421,19 +421,19 @@ Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const
   return done();
 }
 
-// What a morph target (a shape key in Blender) bends is drawn bent by the game, but baked straight: say so once a mesh.
-void NodeImporter::warnOfMorph(const tinygltf::Node& node, const std::string& where) {
+// What an animation bends is baked in the shape of its weights: say so once a mesh.
+void NodeImporter::warnOfMorph(const Visit& at, const tinygltf::Node& node, const std::string& where) {
   const tinygltf::Mesh& mesh = document_.model.meshes[static_cast<std::size_t>(node.mesh)];
-  const std::vector<double>& weights = node.weights.empty() ? mesh.weights : node.weights;
-  const bool bent = std::any_of(weights.begin(), weights.end(), [](double weight) { return weight != 0.0; });
+  const AnimatedWeights& animated = document_.animatedWeights;
+  const bool moves = animated.nodes.contains(at.node) || (node.weights.empty() && animated.meshes.contains(node.mesh));
   const bool hasTargets = std::any_of(mesh.primitives.begin(), mesh.primitives.end(),
                                       [](const tinygltf::Primitive& p) { return !p.targets.empty(); });
-  if (!bent || !hasTargets || !morphsTold_.insert(node.mesh).second) return;
+  if (!moves || !hasTargets || !morphsTold_.insert(node.mesh).second) return;
   context_.message(
       Severity::warning,
-      document_.at(where + ": its mesh is bent by morph targets (shape keys), which bakes do not know: it is "
-                           "baked in its basic shape; apply them in the editor, or mark the node "
-                           "extras.relume.bake: \"dynamic\""));
+      document_.at(where + ": an animation bends its mesh by morph targets (shape keys), which bakes do not know: it "
+                           "is baked in the shape that the file's weights give it; mark the node extras.relume.bake: "
+                           "\"dynamic\", or delete the animation if the shape stays"));
 }
 
 Status NodeImporter::visit(const Visit& from, std::vector<Visit>& stack) {
@@ -449,7 +449,7 @@ Status NodeImporter::visit(const Visit& from, std::vector<Visit>& stack) {
       context_.message(Severity::info, document_.at(where + ": has a skin; treated as dynamic"));
     }
     if (Status status = addMesh(node, placed, toWorld, where); !status) return status;
-    if (placed.mode != BakeMode::dynamic) warnOfMorph(node, where);
+    if (placed.mode != BakeMode::dynamic) warnOfMorph(at, node, where);
   }
   if (node.camera >= 0) {
     if (Status status = addCamera(node, at, toWorld, where); !status) return status;

@@ -65,12 +65,15 @@ constexpr Field kAccessor[] = {
     {"name", Kind::text},          {"sparse", Kind::object, kSparse}};
 constexpr Field kDraco[] = {{"bufferView", Kind::index, {}, 0, true}, {"attributes", Kind::indexMap, {}, 0, true}};
 constexpr Field kPrimitiveExtensions[] = {{kDracoExtension, Kind::object, kDraco}};
+constexpr Field kTarget[] = {{"POSITION", Kind::index}, {"NORMAL", Kind::index}, {"TANGENT", Kind::index}};
 constexpr Field kPrimitive[] = {{"attributes", Kind::indexMap, {}, 0, true},
                                 {"indices", Kind::index},
                                 {"material", Kind::index},
                                 {"mode", Kind::index},
+                                {"targets", Kind::objects, kTarget},
                                 {"extensions", Kind::object, kPrimitiveExtensions}};
-constexpr Field kMesh[] = {{"name", Kind::text}, {"primitives", Kind::objects, kPrimitive, 0, true}};
+constexpr Field kMesh[] = {
+    {"name", Kind::text}, {"primitives", Kind::objects, kPrimitive, 0, true}, {"weights", Kind::numbers}};
 
 constexpr Field kInstancing[] = {{"attributes", Kind::indexMap, {}, 0, true}};
 constexpr Field kLightRef[] = {{"light", Kind::index, {}, 0, true}};
@@ -85,6 +88,7 @@ constexpr Field kNode[] = {{"name", Kind::text},
                            {"translation", Kind::numbers, {}, 3},
                            {"rotation", Kind::numbers, {}, 4},
                            {"scale", Kind::numbers, {}, 3},
+                           {"weights", Kind::numbers},
                            {"extensions", Kind::object, kNodeExtensions}};
 constexpr Field kScene[] = {{"name", Kind::text}, {"nodes", Kind::indices}};
 

@@ -33,6 +33,16 @@ TEST_F(StatusCli, namesWhatChanged) {
   GltfParts reshaped;
   reshaped.room.position[0][0] += 0.01f;
   changed(reshaped, "node \"Room\": geometry of mesh");
+  // Positions as a morph target of their own: a weight makes the room larger.
+  auto bent = nlohmann::json::parse(makeGltf({}));
+  nlohmann::json& primitive = bent["meshes"][0]["primitives"][0];
+  primitive["targets"] = {{{"POSITION", primitive["attributes"]["POSITION"]}}};
+  for (const double weight : {0.0, 0.01}) {
+    bent["nodes"][0]["weights"] = {weight};
+    const ProgramResult result = run({"status", put("bent.gltf", bent.dump()), out_});
+    EXPECT_EQ(result.status, weight == 0.0 ? 0 : 7) << result.err;
+    EXPECT_EQ(result.out.find("node \"Room\": geometry of mesh") == std::string::npos, weight == 0.0) << result.out;
+  }
   GltfParts painted;
   painted.material = "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[0.7,0.6,0.4,1]}}";
   changed(painted, "node \"Room\": material \"material0\" changed");

@@ -211,6 +211,34 @@ TEST(ExportLevel, everythingOfAMadeLevelIsCarried) {
   }
 }
 
+// A flap that lies on another, so that one of the two is taken out, and opens where a node's morph weight says so. The
+// level as it is exported keeps the target and both weights.
+TEST(ExportLevel, nodesThatMorphWeightsBendHaveTheirOwnCoordinates) {
+  for (const bool openFirst : {false, true}) {
+    GltfBuilder b = madeLevel();
+    const std::vector<float> flaps = {0, 0, 0, 1, 0, 0, 1, 0, -1, 0, 0, -1, 0, 0, 0, 1, 0, 0, 1, 0, -1, 0, 0, -1};
+    const std::vector<float> opens = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 1, 1};
+    const json target = {{"POSITION", b.floats(opens, "VEC3")}};
+    const int mesh = b.mesh({{"attributes", {{"POSITION", b.floats(flaps, "VEC3")}}},
+                             {"targets", json::array({target})},
+                             {"indices", b.indices({0, 1, 2, 0, 2, 3, 4, 5, 6, 4, 6, 7})}});
+    for (const bool open : {openFirst, !openFirst}) {
+      b.node({{"name", open ? "open" : "shut"},
+              {"mesh", mesh},
+              {"weights", {open ? 1.0 : 0.0}},
+              {"translation", {open ? 0.5 : 2.5, 1.5, 3.5}}});
+    }
+    const Exported e = test::exportOf(b.write(), someOptions());
+    expectCoordinates(e);
+    test::expectSameSurfaces(e.scene, e.again);
+    for (const char* name : {"open", "shut"}) {
+      const json& node = nodeNamed(e.after, name);
+      EXPECT_EQ(node["weights"], nodeNamed(e.before, name)["weights"]);
+      EXPECT_EQ(e.after["meshes"][node["mesh"].get<std::size_t>()]["primitives"][0]["targets"].size(), 1u);
+    }
+  }
+}
+
 TEST(ExportLevel, meshesOfSeveralNodesBecomeOneEach) {
   const Exported e = test::exportOf(madeLevel().write(), someOptions());
   const int a = nodeNamed(e.after, "crate_a")["mesh"], b = nodeNamed(e.after, "crate_b")["mesh"];

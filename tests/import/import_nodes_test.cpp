@@ -269,32 +269,5 @@ TEST(ImportNodes, aFileWithoutMeshesIsAnEmptyScene) {
   EXPECT_EQ(scene->triangleCount(), 0u);
 }
 
-// Shape keys of an editor arrive as morph targets, which the game bends and the baker does not: said once for a mesh.
-TEST(ImportNodes, meshesThatMorphTargetsBendAreToldOf) {
-  const auto told = [](const json& ofMesh, const json& ofNode = nullptr, const json& bake = nullptr) {
-    GltfBuilder b;
-    const json target = {{"POSITION", b.floats({0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 1}, "VEC3")}};
-    const int quad = b.quad({{"targets", json::array({target})}});
-    const int copy = b.node({{"mesh", 0}});
-    if (!ofMesh.is_null()) b.root["meshes"][0]["weights"] = json::array({ofMesh});
-    for (const int node : {quad, copy}) {
-      if (!ofNode.is_null()) b.root["nodes"][node]["weights"] = json::array({ofNode});
-      if (!bake.is_null()) b.root["nodes"][node]["extras"]["relume"]["bake"] = bake;
-    }
-    EXPECT_TRUE(b.import());
-    return std::count_if(b.messages.begin(), b.messages.end(),
-                         [](const std::string& message) { return message.find("morph targets") != std::string::npos; });
-  };
-  EXPECT_EQ(told(1.0), 1);
-  EXPECT_EQ(told(nullptr, 0.5), 1);
-  EXPECT_EQ(told(1.0, nullptr, "gridLit"), 1);
-  // A node's weights stand in for its mesh's; what is not bent, or no part of the bake, is baked as it looks.
-  EXPECT_EQ(told(1.0, 0.0), 0);
-  EXPECT_EQ(told(0.0), 0);
-  EXPECT_EQ(told(nullptr), 0);
-  EXPECT_EQ(told(1.0, nullptr, "dynamic"), 0);
-  EXPECT_EQ(told(1.0, nullptr, "ignore"), 0);
-}
-
 }  // namespace
 }  // namespace relume
