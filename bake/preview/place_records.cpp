@@ -42,7 +42,7 @@ class Placer {
     }
     for (const PixelWave& w : pixelWaves()) {
       wave(w.stride, w.x, w.y, kWaveBatch);
-      if (outcome_ != Placement::complete || context_.cancelled()) break;
+      if (outcome_ != Placement::complete) break;
     }
     return outcome_;
   }
@@ -68,7 +68,6 @@ class Placer {
       if (batch_.size() > room) outcome_ = Placement::full;
       batch_.resize(std::min(batch_.size(), outcome_ == Placement::late ? 0 : room));
     }
-    if (outcome_ == Placement::late || context_.cancelled()) batch_.clear();
     const std::size_t first = records_.size();
     records_.resize(first + batch_.size());
     if (options_.keeper != nullptr) options_.keeper->resize(records_.size());
@@ -82,10 +81,16 @@ class Placer {
       const std::lock_guard lock(mutex_);
       idle_.push_back(std::move(scratch));
     });
+    // Which of them were made before a cancel depends on the threads: none counts.
+    if (context_.cancelled()) {
+      outcome_ = Placement::cancelled;
+      records_.resize(first);
+      if (options_.keeper != nullptr) options_.keeper->resize(first);
+    }
     mark(std::span<const Record>(records_).subspan(first));
     batch_.clear();
     tell();
-    return outcome_ == Placement::complete && !context_.cancelled();
+    return outcome_ == Placement::complete;
   }
 
   void drawBatch() {

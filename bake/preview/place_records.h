@@ -34,6 +34,7 @@ enum class Placement {
   complete,  // every receiver is reached
   full,      // there are `maxRecords`
   late,      // the deadline came first
+  cancelled  // the context was cancelled first
 };
 
 // Keeps more of records than Record has, from what was gathered for them.

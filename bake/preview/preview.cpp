@@ -112,7 +112,7 @@ std::optional<Interpolation> place(const RecordGatherer& gatherer, const CameraR
       return std::nullopt;
     // Contradictions are settled at the accuracy that is asked for: on the way there others are in a hurry.
     const int rounds = accuracy == options.accuracy ? options.rounds : 0;
-    for (int round = 0; round < rounds && outcome == Placement::complete && !context.cancelled(); ++round) {
+    for (int round = 0; round < rounds && outcome == Placement::complete; ++round) {
       const RecordTiles tiles(camera, cache, placement.interpolation);
       if (limitReaches(tiles, receivers, options.width, options.contrast, cache, context) == 0) break;
       outcome = placeRecords(gatherer, camera, receivers, placement, cache, context);
@@ -120,7 +120,7 @@ std::optional<Interpolation> place(const RecordGatherer& gatherer, const CameraR
     if (outcome == Placement::full)
       context.message(Severity::warning, "preview: " + std::to_string(options.maxRecords) +
                                              " records did not reach every pixel; raise --max-records or --accuracy");
-    if (outcome != Placement::complete || context.cancelled()) break;
+    if (outcome != Placement::complete) break;
   }
   frame.accuracy = reached.accuracy;
   frame.recordSeconds = secondsSince(begin);
@@ -196,8 +196,7 @@ Result<std::vector<Splat>> splatCenters(const CameraRays& camera, std::span<cons
   frame.extended = countMissing(receivers, centers);
   Interpolation farther = interpolation;
   farther.limits = false;
-  for (std::uint32_t missing = frame.extended;
-       missing > 0 && farther.accuracy < kFarthest * interpolation.accuracy && !context.cancelled();
+  for (std::uint32_t missing = frame.extended; missing > 0 && farther.accuracy < kFarthest * interpolation.accuracy;
        missing = countMissing(receivers, centers)) {
     farther.accuracy *= kGrowth;
     splatAll(RecordTiles(camera, records, farther));
