@@ -83,6 +83,9 @@ TEST_P(ConesByBackend, findWhatIsMirroredAndHowOpenPlacesAre) {
   for (ViewedLight& light : session_->state.lights) light.on = false;
   frame();
   EXPECT_NEAR(frame(), open, 0.05 * open);
+  // Nor on the exposure, as it is no light.
+  session_->state.exposure = 2.0f;
+  EXPECT_NEAR(frame(), open, 0.05 * open);
   EXPECT_FALSE(says("cones"));
 }
 

@@ -2,7 +2,6 @@
 // See headless.h.
 #include "tools/gl_scene/egl_context.h"
 
-#include "bake/scene/check_triangles.h"
 #include "tools/base/output_files.h"
 #include "tools/base/printable.h"
 #include "tools/images/image_io.h"
@@ -130,15 +129,9 @@ Result<float> exposureOf(Viewer& viewer, const ViewState& state, const FrameTarg
   return autoExposure(*pixels);
 }
 
-bool showsLight(ViewMode mode) {
-  return mode != ViewMode::albedo && mode != ViewMode::normal && mode != ViewMode::texels &&
-         mode != ViewMode::occlusion;
-}
-
 }  // namespace
 
 Status runHeadless(const LoadedLevel& level, const ViewerOptions& options) {
-  if (Status ok = checkDrawnTriangles(level.scene); !ok) return ok;
   auto state = initialState(level.scene, options);
   if (!state) return state.error();
   if (Status ok = chooseMoving(*state, options.moving); !ok) return ok;

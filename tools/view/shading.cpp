@@ -118,9 +118,8 @@ Result<GLuint> Shading::program(const ShadingKind& kind, const Relighter* religh
   return programs_.emplace(kind, std::move(*made)).first->second.name();
 }
 
-void Shading::set(const ViewState& state, const glm::uvec2& mapSize, bool encode) {
-  const bool isLit = state.mode != ViewMode::albedo && state.mode != ViewMode::normal && state.mode != ViewMode::texels;
-  setDisplay(isLit ? state.exposure : encode ? 0.5f : 0.0f, encode);  // a shoulder takes half a stop
+void Shading::set(const ViewState& state, ViewMode shown, const glm::uvec2& mapSize, bool encode) {
+  setDisplay(showsLight(shown) ? state.exposure : encode ? 0.5f : 0.0f, encode);  // a shoulder takes half a stop
   glUniform2f(23, state.direct ? 1.0f : 0.0f, state.indirect ? 1.0f : 0.0f);
   glUniform3fv(24, 1, glm::value_ptr(state.camera.position));
   glUniform1f(25, state.reflectance);

@@ -32,8 +32,9 @@ class Shading {
   // not compile.
   Result<GLuint> program(const ShadingKind& kind, const Relighter* relighter);
 
-  // Set what the program, which is in use, shades by; encode: as Viewer::draw(). mapSize: of the light map [texel].
-  static void set(const ViewState& state, const glm::uvec2& mapSize, bool encode);
+  // Set what the program, which is in use, shades by. shown: the mode of its kind; encode: as Viewer::draw(). mapSize:
+  // of the light map [texel].
+  static void set(const ViewState& state, ViewMode shown, const glm::uvec2& mapSize, bool encode);
 
  private:
   std::map<ShadingKind, GlProgram> programs_;

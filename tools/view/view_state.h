@@ -79,6 +79,12 @@ inline constexpr const char* kViewModeNames[] = {"all light", "direct light", "l
                                                  "albedo",    "normals",      "light map's texels", "light of the grid",
                                                  "occlusion"};
 
+// Whether what is shown is light, which an exposure scales, and not a property of surfaces.
+constexpr bool showsLight(ViewMode mode) {
+  return mode != ViewMode::albedo && mode != ViewMode::normal && mode != ViewMode::texels &&
+         mode != ViewMode::occlusion;
+}
+
 enum class Overlay : std::size_t { surfels, clusters, caches, links, lightmap };  // as kOverlayNames
 inline constexpr const char* kOverlayTexts[] = {"surfels", "hierarchy", "caches", "links of a point", "light map"};
 

@@ -240,7 +240,7 @@ Status Viewer::drawLevel(const ViewState& state, const std::vector<Light>& light
   shadows_.setUniforms(*program);
   setLevelLights(*program, lights);
   glUseProgram(*program);
-  Shading::set(state, {bake_->caches.lightmap.width, bake_->caches.lightmap.height}, encode);
+  Shading::set(state, kind.mode, {bake_->caches.lightmap.width, bake_->caches.lightmap.height}, encode);
   if (live_) {
     live_->bind(*program);
   } else {
