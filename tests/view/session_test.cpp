@@ -127,6 +127,11 @@ TEST_F(ViewerSession, aDroppedLevelIsBakedAndShown) {
   session_->drop(at("broken.glb"));
   ASSERT_TRUE(frames([&] { return says("broken.glb") && !session_->job; }));
   EXPECT_EQ(session_->level, level);
+  // So is one with nothing in it.
+  std::ofstream(at("empty.gltf")) << R"({"asset": {"version": "2.0"}})";
+  session_->drop(at("empty.gltf"));
+  ASSERT_TRUE(frames([&] { return says("\"empty.gltf\" has no triangle to draw") && !session_->job; }));
+  EXPECT_EQ(session_->level, level);
   std::ofstream(at("one.json")) << R"([{"type": "point", "position": [1, 2, 3]}])";
   session_->drop(at("one.json"));
   EXPECT_EQ(session_->state.lights.size(), 1u);

@@ -57,7 +57,7 @@ struct LevelFiles {
   bool hasBake() const { return bakeBy || !bake.empty(); }
 };
 
-// Errors of loadScene(), readBakeOf(), bake() and driveScene(); failed: cancelled.
+// Errors of loadScene(), readBakeOf(), bake() and driveScene(); failed: no triangle to draw, or cancelled.
 Result<LevelPtr> loadLevel(const LevelFiles& files, Context& context);
 // The second half of it.
 Result<LevelPtr> loadBake(Scene scene, const LevelFiles& files, Context& context);

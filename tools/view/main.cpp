@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // relume-view: a window onto a level that is relit every frame; or, with --headless, frames of it as pictures.
 #include "bake/base/printed.h"
+#include "bake/scene/check_triangles.h"
 #include "relume/bake/context.h"
 #include "relume/bake/load_scene.h"
 #include "tools/base/printable.h"
@@ -37,6 +38,7 @@ int main(int argc, char** argv) {
   context.onMessage = say;
   auto scene = loadScene(options->scene, context, toImportOptions(options->sceneOptions));
   if (!scene) return fail(scene.error());
+  if (const Status drawn = checkDrawnTriangles(*scene); !drawn) return fail(drawn.error());
   // A window bakes by itself, and shows how far it is.
   if (options->bake.empty() && options->draft && options->headlessFrames == 0) {
     const Status status = runWindow(std::move(*scene), nullptr, *options);
