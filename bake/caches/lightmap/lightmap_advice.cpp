@@ -28,6 +28,13 @@ constexpr double kMinShare = 1e-3, kMinLitBacks = 1e-2;
 constexpr std::size_t kSpots = 32;
 // The advised density gives caches to this share of a node's surface in small pieces.
 constexpr double kMended = 0.9;
+// With fewer caches than those of preset medium a bake is a draft or a small budget's: that its texels are larger than
+// pieces is no fault of the level, and a density that mends it would be wrong in a finer bake.
+constexpr std::uint32_t kLeastCaches = 8192;
+// A density that would take more than this share of the light map is no advice, for all else would get larger texels
+// (fortitude at medium: those of two nodes' densities took 4.6 m to 14 m). Pieces without another remedy are told of
+// from this share of all seen surface on.
+constexpr double kAffordable = 0.25, kMinHopeless = 1e-2;
 // The largest extras.relume.texelDensity.
 constexpr double kMaxDensity = 100.0;
 // Smooth parts that would need more than this factor of density are so small that no warning is given.
@@ -41,7 +48,12 @@ std::string rounded(double density) {
   return decimalGeneral(std::ceil(density / unit - 1e-6) * unit, 6);
 }
 
-std::string number(double value) { return decimalGeneral(value, 3); }
+// Three digits, and no exponent in areas of whole landscapes.
+std::string number(double value) {
+  if (value < 999.5) return decimalGeneral(value, 3);
+  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 2.0);
+  return std::to_string(std::llround(std::round(value / unit) * unit));
+}
 
 // Surface of one kind.
 struct Surface {
@@ -52,10 +64,11 @@ struct Surface {
 
 // The seen surface of a node that something is wrong with.
 struct Faulty {
-  Surface litBacks;  // backs of one-sided faces
-  Surface backs;     // those that read the grid
-  Surface buried;    // reads the grid: behind or inside something
-  Surface small;     // reads the grid: too small for a cache
+  Surface litBacks;   // backs of one-sided faces
+  Surface backs;      // those that read the grid
+  Surface buried;     // reads the grid: behind or inside something
+  Surface small;      // reads the grid: too small for a cache
+  double cost = 0.0;  // [m²] area by the density squared: in proportion to the texels of the whole node
 };
 
 class Adviser {
@@ -69,7 +82,8 @@ class Adviser {
         texels_(texels),
         shared_(shared),
         options_(options),
-        context_(context) {}
+        context_(context),
+        isCoarse_(options.lightmapSize == 0 && options.lightmapCaches < kLeastCaches) {}
 
   void run() {
     std::vector<Faulty> faulty(scene_.instances.size());
@@ -78,9 +92,10 @@ class Adviser {
       total += addPatch(p, faulty[set_.patches[p].instance]);
     }
     keepSeen(faulty);
+    for (const Faulty& node : faulty) cost_ += node.cost;
     context_.figure("grid_lit_area_share", total / set_.areaSeen);
     forLargest(
-        kMaxNamed, [&](std::uint32_t i) { return faulty[i].small.area; },
+        kMaxNamed, [&](std::uint32_t i) { return smallToTellOf(i, faulty[i]); },
         [&](std::uint32_t i) { warnSmall(i, faulty[i]); });
     forLargest(
         kMaxNamed, [&](std::uint32_t i) { return faulty[i].buried.area; },
@@ -100,6 +115,7 @@ class Adviser {
     const Instance& instance = scene_.instances[patch.instance];
     const Chart& chart = set_.meshes[instance.mesh].charts[patch.chart];
     const bool isBack = patch.side == 1 && !scene_.bothSides(instance, chart.triangle[0]);
+    faulty.cost += static_cast<double>(patch.area) * patch.density * patch.density;
     bool isLit = false, buried = false;
     for (std::uint32_t c = texels_.firstTexel[p]; c < texels_.firstTexel[p + 1]; ++c) {
       isLit = isLit || shared_.cacheOfTexel[c] != kNoCache;
@@ -137,6 +153,20 @@ class Adviser {
 
   bool isWorthAWarning(double area, double share = kMinShare) const { return area > share * set_.areaSeen; }
 
+  // Whether a density leaves the others nearly all of their texels.
+  bool isAffordable(std::uint32_t instance, const Faulty& faulty, double density) const {
+    const double factor = density / scene_.instances[instance].texelDensity;
+    return faulty.cost * (factor * factor - 1.0) <= kAffordable * cost_;
+  }
+
+  // The area [m²] of small pieces, or 0 where they are not worth a warning.
+  double smallToTellOf(std::uint32_t instance, const Faulty& faulty) const {
+    if (isCoarse_) return 0.0;
+    const double density = mendingDensity(faulty.small);
+    const bool mends = density <= kMaxDensity && isAffordable(instance, faulty, density);
+    return isWorthAWarning(faulty.small.area, mends ? kMinShare : kMinHopeless) ? faulty.small.area : 0.0;
+  }
+
   // The area [m²] of all backs, or 0 where they are not worth a warning.
   double backsToTellOf(const Faulty& faulty) const {
     const double all = faulty.backs.area + faulty.litBacks.area;
@@ -150,7 +180,7 @@ class Adviser {
       if (!surface.texel.empty()) asked.push_back(&surface);
     };
     for (Faulty& node : faulty) {
-      if (isWorthAWarning(node.small.area)) ask(node.small);
+      if (!isCoarse_ && isWorthAWarning(node.small.area)) ask(node.small);
       if (isWorthAWarning(node.buried.area)) ask(node.buried);
       if (backsToTellOf(node) > 0.0) {
         ask(node.backs);
@@ -199,19 +229,23 @@ class Adviser {
 
   void warnSmall(std::uint32_t instance, const Faulty& faulty) const {
     const double density = mendingDensity(faulty.small);
-    const std::string what = nameOf(instance) + ": " + number(faulty.small.area) +
+    const std::string node = nameOf(instance), now = number(scene_.instances[instance].texelDensity);
+    const std::string what = node + ": " + number(faulty.small.area) +
                              " m² of seen surface are in pieces too small for texels of " + number(texels_.texelSize) +
                              " m and read the grid; ";
-    if (density <= kMaxDensity)
-      context_.message(Severity::warning, what + "raise extras.relume.texelDensity of " + nameOf(instance) + " from " +
-                                              number(scene_.instances[instance].texelDensity) + " to " +
-                                              rounded(density) +
-                                              ", ask for more light-map caches (--lightmap-caches), or mark it "
-                                              "extras.relume.bake: \"dynamic\" if it may neither block nor send light");
+    const std::string gridLit =
+        ", or mark it extras.relume.bake: \"gridLit\" if the grid's light will do for all of it";
+    if (density > kMaxDensity)
+      context_.message(Severity::warning,
+                       what + "join the pieces of " + node + gridLit + ": no texelDensity up to 100 gives them caches");
+    else if (isAffordable(instance, faulty, density))
+      context_.message(Severity::warning, what + "raise extras.relume.texelDensity of " + node + " from " + now +
+                                              " to " + rounded(density) + gridLit);
     else
-      context_.message(Severity::warning, what + "join the pieces of " + nameOf(instance) +
-                                              ", or mark it extras.relume.bake: \"dynamic\" if it may neither block "
-                                              "nor send light: no texelDensity up to 100 gives them caches");
+      context_.message(Severity::warning, what + "join the pieces of " + node + ", ask for more light-map caches " +
+                                              "(--lightmap-caches, now " + std::to_string(options_.lightmapCaches) +
+                                              ")" + gridLit + ": a texelDensity that gives them caches, " +
+                                              rounded(density) + ", takes texels from all else");
   }
 
   void warnBacks(std::uint32_t instance, const Faulty& faulty) const {
@@ -268,6 +302,8 @@ class Adviser {
   const SharedCaches& shared_;
   const CacheOptions& options_;
   Context& context_;
+  bool isCoarse_;      // small pieces are not told of
+  double cost_ = 0.0;  // of all nodes
 };
 
 }  // namespace
