@@ -13,7 +13,7 @@ namespace {
 using namespace relume::testing;
 
 // A level with one light of each kind.
-GltfBuilder levelOf(const json& lights) {
+GltfBuilder lightsLevel(const json& lights) {
   GltfBuilder b;
   b.quad();
   b.root["extensionsUsed"] = {"KHR_lights_punctual"};
@@ -35,7 +35,7 @@ Result<Scene> importAs(const GltfBuilder& b, LightUnit unit) {
 }
 
 TEST(LightUnit, candelaAndLuxBecomeWattsWhenAskedFor) {
-  const GltfBuilder b = levelOf(json::array({pointLight(6830), sunLight(1366)}));
+  const GltfBuilder b = lightsLevel(json::array({pointLight(6830), sunLight(1366)}));
   const Result<Scene> scene = importAs(b, LightUnit::photometric);
   ASSERT_TRUE(scene) << scene.error().message;
   EXPECT_EQ(scene->lightUnit, LightUnit::photometric);
@@ -45,7 +45,7 @@ TEST(LightUnit, candelaAndLuxBecomeWattsWhenAskedFor) {
 
 TEST(LightUnit, theFileMaySayItAndTheCommandLineHasTheLastWord) {
   for (const char* where : {"scene", "asset"}) {
-    GltfBuilder b = levelOf(json::array({pointLight(6830)}));
+    GltfBuilder b = lightsLevel(json::array({pointLight(6830)}));
     json& element = where == std::string("scene") ? b.root["scenes"][0] : b.root["asset"];
     element["extras"]["relume"]["lightUnit"] = "photometric";
     const Result<Scene> scene = b.import();
@@ -79,7 +79,7 @@ TEST(LightUnit, numbersThatLookPhotometricAreWarnedOfAndKept) {
       {"", pointLight(50000), true},
   };
   for (const auto& c : kCases) {
-    GltfBuilder b = levelOf(json::array({c.light}));
+    GltfBuilder b = lightsLevel(json::array({c.light}));
     b.root["asset"]["generator"] = c.generator;
     const Result<Scene> scene = b.import();
     ASSERT_TRUE(scene) << scene.error().message;
@@ -92,7 +92,7 @@ TEST(LightUnit, numbersThatLookPhotometricAreWarnedOfAndKept) {
 // Quarter turns under scales whose squares a float cannot hold, and whose products a double just can.
 TEST(LightDirection, isAUnitVectorUnderAnyScale) {
   for (const double scale : {1e-30, 1.0, 1e30}) {
-    GltfBuilder b = levelOf(json::array({sunLight(1)}));
+    GltfBuilder b = lightsLevel(json::array({sunLight(1)}));
     const int light = static_cast<int>(b.root["nodes"].size()) - 1;
     b.root["nodes"][light]["matrix"] = {0, 0, -scale, 0, 0, scale, 0, 0, scale, 0, 0, 0, 0, 0, 0, 1};
     const Result<Scene> scene = b.import();
@@ -102,7 +102,7 @@ TEST(LightDirection, isAUnitVectorUnderAnyScale) {
 }
 
 TEST(LightDirection, thatIsFlattenedToNothingIsWarnedOf) {
-  GltfBuilder b = levelOf(json::array({sunLight(1)}));
+  GltfBuilder b = lightsLevel(json::array({sunLight(1)}));
   const int light = static_cast<int>(b.root["nodes"].size()) - 1;
   b.root["nodes"][light]["matrix"] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
   const Result<Scene> scene = b.import();

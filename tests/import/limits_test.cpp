@@ -40,7 +40,7 @@ GltfBuilder wholeLevel() {
   return b;
 }
 
-json& node(GltfBuilder& b, std::size_t i) { return b.root["nodes"][i]; }
+json& nodeOf(GltfBuilder& b, std::size_t i) { return b.root["nodes"][i]; }
 json& light(GltfBuilder& b) { return b.root["extensions"]["KHR_lights_punctual"]["lights"][0]; }
 json& material(GltfBuilder& b) { return b.root["materials"][0]; }
 
@@ -64,15 +64,15 @@ void taken(void (*change)(GltfBuilder&)) {
 TEST(Limits, nodesBeyondThemAreNamed) {
   refused(
       [](GltfBuilder& b) {
-        node(b, 0) = {{"name", "wall"}, {"mesh", 0}, {"translation", {0, 1e9, 0}}};
+        nodeOf(b, 0) = {{"name", "wall"}, {"mesh", 0}, {"translation", {0, 1e9, 0}}};
       },
       "nodes[0] 'wall': its transform to the world takes the origin to (0, 1e+09, 0)");
-  refused([](GltfBuilder& b) { node(b, 0)["scale"] = {1, 1, 1e20}; }, "takes the z axis to (0, 0, 1e+20)");
+  refused([](GltfBuilder& b) { nodeOf(b, 0)["scale"] = {1, 1, 1e20}; }, "takes the z axis to (0, 0, 1e+20)");
   refused(
       [](GltfBuilder& b) {
-        node(b, 0)["scale"] = {1e8, 1, 1};
-        node(b, 0)["translation"] = {5, 0, 0};
-        node(b, 0)["name"] = "wall";
+        nodeOf(b, 0)["scale"] = {1e8, 1, 1};
+        nodeOf(b, 0)["translation"] = {5, 0, 0};
+        nodeOf(b, 0)["name"] = "wall";
         const float far = 2.0f;
         std::memcpy(&b.binary[b.root["bufferViews"][1]["byteOffset"].get<std::size_t>()], &far, 4);
       },
@@ -80,10 +80,10 @@ TEST(Limits, nodesBeyondThemAreNamed) {
   refused(
       [](GltfBuilder& b) {
         const int places = b.floats({1, 2, 3, 0, 0, -3e8f}, "VEC3");
-        node(b, 0)["extensions"] = {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", places}}}}}};
+        nodeOf(b, 0)["extensions"] = {{"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", places}}}}}};
       },
       "nodes[0] 'unnamed node 0', instance 1: its transform to the world takes the origin to (0, 0, -3e+08)");
-  taken([](GltfBuilder& b) { node(b, 0)["scale"] = {1e8, 1, 1e-8}; });
+  taken([](GltfBuilder& b) { nodeOf(b, 0)["scale"] = {1e8, 1, 1e-8}; });
 }
 
 TEST(Limits, positionsBeyondThemAreNamedByMeshAndVertex) {
@@ -97,7 +97,7 @@ TEST(Limits, positionsBeyondThemAreNamedByMeshAndVertex) {
 }
 
 TEST(Limits, camerasVolumesAndLightsBeyondThemAreNamed) {
-  refused([](GltfBuilder& b) { node(b, 1)["translation"] = {0, 0, -3e8}; }, "camera 'eye': its transform");
+  refused([](GltfBuilder& b) { nodeOf(b, 1)["translation"] = {0, 0, -3e8}; }, "camera 'eye': its transform");
   refused([](GltfBuilder& b) { b.root["cameras"][0]["perspective"]["znear"] = 1e38; }, "camera 'eye': its znear");
   refused([](GltfBuilder& b) { b.root["cameras"][0]["perspective"]["aspectRatio"] = 1e38; },
           "camera 'eye': it is 1e+38");
@@ -106,17 +106,17 @@ TEST(Limits, camerasVolumesAndLightsBeyondThemAreNamed) {
   refused([](GltfBuilder& b) { b.root["cameras"][1]["orthographic"]["znear"] = 1e10; }, "camera 'plan': its znear");
   refused(
       [](GltfBuilder& b) {
-        node(b, 4)["extras"]["relume"]["volume"] = {1, 1e38, 1};
+        nodeOf(b, 4)["extras"]["relume"]["volume"] = {1, 1e38, 1};
       },
       "play volume of node 'hall': a corner is at (-0.5, -5e+37, -0.5)");
-  refused([](GltfBuilder& b) { node(b, 4)["scale"] = {1e300, 1, 1}; }, "play volume of node 'hall'");
-  refused([](GltfBuilder& b) { node(b, 4)["translation"] = {1e20, 1, 1}; }, "play volume of node 'hall'");
-  refused([](GltfBuilder& b) { node(b, 3)["translation"] = {0, 1e20, 0}; }, "light 'lamp' is at (0, 1e+20, 0)");
+  refused([](GltfBuilder& b) { nodeOf(b, 4)["scale"] = {1e300, 1, 1}; }, "play volume of node 'hall'");
+  refused([](GltfBuilder& b) { nodeOf(b, 4)["translation"] = {1e20, 1, 1}; }, "play volume of node 'hall'");
+  refused([](GltfBuilder& b) { nodeOf(b, 3)["translation"] = {0, 1e20, 0}; }, "light 'lamp' is at (0, 1e+20, 0)");
   refused([](GltfBuilder& b) { light(b)["intensity"] = 1e30; }, "light 'lamp': its intensity is (1e+30");
   taken([](GltfBuilder& b) {
-    node(b, 1)["translation"] = {0, 0, -1e8};
-    node(b, 4)["extras"]["relume"]["volume"] = {1e8, 1, 1};
-    node(b, 3)["translation"] = {0, 1e8, 0};
+    nodeOf(b, 1)["translation"] = {0, 0, -1e8};
+    nodeOf(b, 4)["extras"]["relume"]["volume"] = {1e8, 1, 1};
+    nodeOf(b, 3)["translation"] = {0, 1e8, 0};
     light(b)["intensity"] = 1e20;
     light(b)["range"] = 1e300;
     b.root["cameras"][1]["orthographic"] = {{"xmag", 1e8}, {"ymag", 1e8}, {"znear", 1e8}, {"zfar", 2e8}};

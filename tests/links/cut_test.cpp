@@ -16,12 +16,12 @@
 namespace relume {
 namespace {
 
+using test::kY0;
 using test::parentsOf;
 using test::pullRadiosity;
 using test::randomArrivals;
 using test::randomHierarchy;
 
-constexpr double kY0 = 0.28209479177387814;
 const auto kTransfer = LinkOptions::CutKey::transfer;
 
 // Is `node` the root of a subtree that holds `leaf`?

@@ -11,9 +11,8 @@
 namespace relume {
 namespace {
 
+using test::kPi;
 using test::TileScene;
-
-constexpr double kPi = 3.14159265358979323846;
 
 // Irradiance over pi times radiance a cache receives from emitters, and how many arrivals it came from.
 struct FromEmitters {

@@ -14,10 +14,14 @@
 
 #include <glm/geometric.hpp>
 
+#include <numbers>
 #include <string>
 #include <vector>
 
 namespace relume::test {
+
+inline constexpr double kPi = std::numbers::pi;
+inline constexpr double kY0 = 0.28209479177387814;  // 1 / sqrt(4 pi)
 
 // A level made of rectangles, each cut into tiles; a tile is two triangles and has a surfel on each side.
 class TileScene {

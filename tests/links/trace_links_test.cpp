@@ -15,10 +15,9 @@
 namespace relume {
 namespace {
 
+using test::kPi;
+using test::kY0;
 using test::TileScene;
-
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kY0 = 0.28209479177387814;
 
 struct Traced {
   Hierarchy hierarchy;
@@ -33,8 +32,8 @@ LinkOptions coneOptions(std::uint32_t rays, std::uint32_t links) {
   return o;
 }
 
-Result<Traced> trace(const TileScene& tiles, const LinkOptions& options, std::uint32_t skyPatches = 0,
-                     int threads = 1) {
+Result<Traced> traceTiles(const TileScene& tiles, const LinkOptions& options, std::uint32_t skyPatches = 0,
+                          int threads = 1) {
   Context context;
   context.threads = threads;
   Result<RayTracer> tracer = RayTracer::create(tiles.scene(), "avx2", context);
@@ -86,7 +85,7 @@ TEST(TraceLinks, parallelPlatesGiveTheAnalyticFormFactor) {
   tiles.addCache({0, 2, 0}, {0, -1, 0});
   tiles.addCache({0, 2, 0}, {0, 1, 0});  // looks away
   for (const std::uint32_t n : {4u, 40u, 254u}) {
-    const auto result = trace(tiles, coneOptions(16384, n));
+    const auto result = traceTiles(tiles, coneOptions(16384, n));
     ASSERT_TRUE(result) << result.error().message;
     const Links& links = result->traced.links;
     for (std::uint32_t cache : {0u, 1u}) {
@@ -104,7 +103,7 @@ TEST(TraceLinks, anOccluderLeavesNothing) {
   tiles.addRectangle({-2, 1, -2}, {4, 0, 0}, {0, 0, 4}, 1, false, false);  // in the way, without surfels
   tiles.addCache({0, 0, 0}, {0, 1, 0});
   tiles.addCache({0, 0.5f, 0}, {0, 0, 0});
-  const auto result = trace(tiles, coneOptions(4096, 254));
+  const auto result = traceTiles(tiles, coneOptions(4096, 254));
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_EQ(result->traced.links.count(), 0u);
   EXPECT_GT(result->traced.statistics.unmappedShare, 0.3);
@@ -115,7 +114,7 @@ TEST(TraceLinks, aClosedBoxFillsTheSphereAndTheHemisphere) {
   tiles.addBox(1.0f, 12);
   tiles.addCache({0.3f, -0.2f, 0.4f}, {0, 0, 0});
   tiles.addCache({0.3f, -1.0f, 0.4f}, {0, 1, 0});
-  const auto result = trace(tiles, coneOptions(4096, 254));
+  const auto result = traceTiles(tiles, coneOptions(4096, 254));
   ASSERT_TRUE(result) << result.error().message;
   const Links& links = result->traced.links;
   EXPECT_NEAR(transferOf(links, 0), 4 * kY0, 1e-3);
@@ -130,7 +129,7 @@ TEST(TraceLinks, lightFromAllSidesArrivesEvenlyUnderAnyNormal) {
   TileScene tiles;
   tiles.addBox(1.0f, 12);
   tiles.addCache({0.0f, 0.0f, 0.0f}, {0, 0, 0});
-  const auto result = trace(tiles, coneOptions(16384, 254));
+  const auto result = traceTiles(tiles, coneOptions(16384, 254));
   ASSERT_TRUE(result) << result.error().message;
   const auto c = lightCache(result->traced.links, 0, 1.0);
   for (const glm::vec3 n : {glm::vec3(1, 0, 0), glm::vec3(0, -1, 0), glm::normalize(glm::vec3(1, 1, 1))}) {
@@ -142,7 +141,7 @@ TEST(TraceLinks, backSidesSendTheirOwnSurfelsLight) {
   TileScene tiles;
   tiles.addRectangle({-1, 1, -1}, {0, 0, 2}, {2, 0, 0}, 4, true);  // its front looks up, away from the cache
   tiles.addCache({0, 0, 0}, {0, 1, 0});
-  const auto result = trace(tiles, coneOptions(4096, 254));
+  const auto result = traceTiles(tiles, coneOptions(4096, 254));
   ASSERT_TRUE(result) << result.error().message;
   const Surfels surfels = tiles.surfels();
   ASSERT_GT(result->traced.links.count(), 0u);
@@ -158,7 +157,7 @@ TEST(TraceLinks, theSkyFillsWhatNothingBlocks) {
   tiles.addRectangle({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, 8);
   tiles.addCache({0, 0, 0}, {0, 1, 0});
   tiles.addCache({0, 50, 0}, {0, 0, 0});
-  const auto result = trace(tiles, coneOptions(4096, 254), 64);
+  const auto result = traceTiles(tiles, coneOptions(4096, 254), 64);
   ASSERT_TRUE(result) << result.error().message;
   const Links& links = result->traced.links;
   EXPECT_NEAR(irradianceLinear(lightCache(links, 0, 1.0), {0, 1, 0}), 1.0, 3e-3);
@@ -182,7 +181,7 @@ TEST(TraceLinks, withoutSkySendersMissesCarryNothing) {
   TileScene tiles;
   tiles.addRectangle({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, 8);
   tiles.addCache({0, 0, 0}, {0, 1, 0});
-  const auto result = trace(tiles, coneOptions(256, 254), 0);
+  const auto result = traceTiles(tiles, coneOptions(256, 254), 0);
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_EQ(result->traced.links.count(), 0u);
   EXPECT_EQ(result->traced.statistics.missShare, 1.0);
@@ -193,7 +192,7 @@ TEST(TraceLinks, emittersSurfacesAndSkyAreNeverInOneLink) {
   tiles.addRectangle({-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, 4, false, true, glm::vec3(5.0f));
   tiles.addRectangle({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}, 8);
   tiles.addCache({0, 1, 0}, {0, 0, 0});
-  const auto result = trace(tiles, coneOptions(4096, 3), 64);
+  const auto result = traceTiles(tiles, coneOptions(4096, 3), 64);
   ASSERT_TRUE(result) << result.error().message;
   ASSERT_EQ(result->hierarchy.groupRoot.size(), 3u);
   ASSERT_EQ(result->traced.links.count(), 3u);
@@ -208,7 +207,7 @@ TEST(TraceLinks, emittersSurfacesAndSkyAreNeverInOneLink) {
   }
   EXPECT_EQ(groups.size(), 3u);
 
-  const auto refused = trace(tiles, coneOptions(4096, 2), 64);
+  const auto refused = traceTiles(tiles, coneOptions(4096, 2), 64);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::usage);
   EXPECT_NE(refused.error().message.find("at least 3"), std::string::npos) << refused.error().message;
@@ -219,10 +218,10 @@ TEST(TraceLinks, coefficientsOfShLinksAddUpToTheCones) {
   tiles.addBox(1.0f, 8);
   for (int i = 0; i < 5; ++i) tiles.addCache({0.1f * static_cast<float>(i), 0.0f, 0.3f}, {0, 0, 0});
   LinkOptions options = coneOptions(1024, 60);
-  const auto cone = trace(tiles, options);
+  const auto cone = traceTiles(tiles, options);
   options.kind = LinkKind::sh;
   options.bands = 3;
-  const auto sh = trace(tiles, options);
+  const auto sh = traceTiles(tiles, options);
   ASSERT_TRUE(cone && sh);
   const Links &a = cone->traced.links, &b = sh->traced.links;
   EXPECT_EQ(b.bands, 3u);
@@ -247,7 +246,7 @@ TEST(TraceLinks, compactKindsStandForTheSameLinks) {
     LinkOptions options = coneOptions(1024, 60);
     options.kind = kind;
     options.bands = 3;
-    return trace(tiles, options);
+    return traceTiles(tiles, options);
   };
   const auto cone = traceKind(LinkKind::cone);
   ASSERT_TRUE(cone);
@@ -306,8 +305,8 @@ TEST(TraceLinks, theBytesDoNotDependOnTheThreads) {
       LinkOptions options = coneOptions(1024, 50);
       options.kind = kind;
       options.pull = pull;
-      const auto one = trace(tiles, options, 16, 1), two = trace(tiles, options, 16, 2),
-                 five = trace(tiles, options, 16, 5);
+      const auto one = traceTiles(tiles, options, 16, 1), two = traceTiles(tiles, options, 16, 2),
+                 five = traceTiles(tiles, options, 16, 5);
       ASSERT_TRUE(one && two && five);
       for (const auto* other : {&*two, &*five}) {
         EXPECT_TRUE(sameBytes(one->traced.links.rowBegin, other->traced.links.rowBegin));
@@ -326,7 +325,7 @@ TEST(TraceLinks, everyLinkIsOfANodeAndRowsAscend) {
   TileScene tiles;
   tiles.addBox(1.0f, 16);
   for (int i = 0; i < 40; ++i) tiles.addCache({0.02f * static_cast<float>(i), 0, 0}, {0, 0, 0});
-  const auto result = trace(tiles, coneOptions(4096, 100));
+  const auto result = traceTiles(tiles, coneOptions(4096, 100));
   ASSERT_TRUE(result) << result.error().message;
   const Links& links = result->traced.links;
   ASSERT_EQ(links.cacheCount(), 40u);
@@ -348,7 +347,7 @@ TEST(TraceLinks, everyLinkIsOfANodeAndRowsAscend) {
 TEST(TraceLinks, noCachesGiveNoLinks) {
   TileScene tiles;
   tiles.addBox(1.0f, 4);
-  const auto result = trace(tiles, coneOptions(256, 10));
+  const auto result = traceTiles(tiles, coneOptions(256, 10));
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_EQ(result->traced.links.count(), 0u);
   EXPECT_EQ(result->traced.firstWeight.size(), result->hierarchy.nodeCount());
