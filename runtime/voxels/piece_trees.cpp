@@ -4,6 +4,8 @@
 
 #include "runtime/voxels/split_edges.h"
 
+#include <algorithm>
+
 namespace relume {
 namespace {
 
@@ -20,10 +22,20 @@ PieceCorners wholeOf(const std::array<PieceCorners, 2>& t) { return {t[0][0], t[
 PieceCorners wholeOf(const std::array<PieceCorners, 3>& t) { return {t[1][0], t[0][1], t[2][2]}; }
 PieceCorners wholeOf(const std::array<PieceCorners, 4>& t) { return {t[0][0], t[1][1], t[2][2]}; }
 
-// What two of them share, which most that are not of one triangle do not.
-bool mayJoin(const std::array<PieceCorners, 2>& t) { return t[0][1] == t[1][0] && t[0][2] == t[1][2]; }
-bool mayJoin(const std::array<PieceCorners, 3>& t) { return t[0][0] == t[1][1] && t[0][2] == t[1][2]; }
-bool mayJoin(const std::array<PieceCorners, 4>& t) { return t[3][0] == t[0][1] && t[3][1] == t[1][2]; }
+// Whether piece `i` has the corners that it shares with those after it, once these are turned as they were cut.
+bool fits(const std::array<PieceCorners, 2>& t, std::size_t i) {
+  return i == 1 || (t[0][1] == t[1][0] && t[0][2] == t[1][2]);
+}
+bool fits(const std::array<PieceCorners, 3>& t, std::size_t i) {
+  if (i == 2) return true;
+  return i == 1 ? t[1][0] == t[2][0] && t[1][2] == t[2][1] : t[0][0] == t[1][1] && t[0][2] == t[1][2];
+}
+bool fits(const std::array<PieceCorners, 4>& t, std::size_t i) {
+  const PieceCorners& middle = t[3];
+  if (i == 3) return true;
+  if (i == 2) return t[2][0] == middle[2] && t[2][1] == middle[1];
+  return i == 1 ? t[1][0] == middle[0] && t[1][2] == middle[1] : t[0][1] == middle[0] && t[0][2] == middle[2];
+}
 
 }  // namespace
 
@@ -38,41 +50,43 @@ std::size_t PieceTrees::turnsOf(const Tree& tree) const {
   return cut == 0 || cut == 7 ? 1 : 3;
 }
 
+// Turn the last trees, from `i` down, so that they are what such a cut leaves. Most that are not of one triangle are
+// seen by the first two not to be.
+template <std::size_t Count>
+bool PieceTrees::turn(std::uint8_t cut, std::size_t i, std::array<Corners, Count>& piece,
+                      std::array<std::size_t, Count>& by) {
+  const Tree& tree = tree_[tree_.size() - 1 - i];
+  const std::size_t turns = turnsOf(tree);
+  for (by[i] = 0; by[i] < turns; ++by[i]) {
+    piece[i] = turned(tree.corner, by[i]);
+    if (!fits(piece, i)) continue;
+    if (i > 0) {
+      if (turn(cut, i - 1, piece, by)) return true;
+      continue;
+    }
+    split_.clear();
+    splitLong(MiddleOfPlaces{}, longEdges(cut), wholeOf(piece), split_);
+    if (std::equal(piece.begin(), piece.end(), split_.begin())) return true;
+  }
+  return false;
+}
+
 // The last trees made one, where they are what such a cut leaves.
 template <std::size_t Count>
 bool PieceTrees::join(std::uint8_t cut) {
   if (tree_.size() < Count) return false;
-  std::array<PieceCorners, Count> piece;
-  std::array<std::size_t, Count> turn{}, turns{};
-  std::size_t all = 1;
+  std::array<Corners, Count> piece;
+  std::array<std::size_t, Count> by{};
+  if (!turn(cut, Count - 1, piece, by)) return false;
   for (std::size_t i = 0; i < Count; ++i) {
-    turns[i] = turnsOf(tree_[tree_.size() - 1 - i]);
-    all *= turns[i];
+    std::uint8_t& own = cut_[tree_[tree_.size() - 1 - i].firstCut];
+    own = turnedCut(own, by[i]);
   }
-  for (std::size_t tried = 0; tried < all; ++tried) {
-    std::size_t rest = tried;
-    for (std::size_t i = 0; i < Count; ++i, rest /= turns[i - 1]) {
-      turn[i] = rest % turns[i];
-      piece[i] = turned(tree_[tree_.size() - 1 - i].corner, turn[i]);
-    }
-    if (!mayJoin(piece)) continue;
-    const PieceCorners whole = wholeOf(piece);
-    split_.clear();
-    splitLong(MiddleOfPlaces{}, longEdges(cut), whole, split_);
-    bool isSame = true;
-    for (std::size_t i = 0; i < Count && isSame; ++i) isSame = split_[i] == piece[i];
-    if (!isSame) continue;
-    for (std::size_t i = 0; i < Count; ++i) {
-      std::uint8_t& own = cut_[tree_[tree_.size() - 1 - i].firstCut];
-      own = turnedCut(own, turn[i]);
-    }
-    const std::size_t first = tree_.size() - Count;
-    tree_.resize(first + 1);
-    tree_[first].corner = whole;
-    cut_.insert(cut_.begin() + tree_[first].firstCut, cut);
-    return true;
-  }
-  return false;
+  const std::size_t first = tree_.size() - Count;
+  tree_.resize(first + 1);
+  tree_[first].corner = wholeOf(piece);
+  cut_.insert(cut_.begin() + tree_[first].firstCut, cut);
+  return true;
 }
 
 void PieceTrees::add(const Corners& piece) {

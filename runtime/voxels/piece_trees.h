@@ -40,6 +40,8 @@ class PieceTrees {
 
  private:
   template <std::size_t Count>
+  bool turn(std::uint8_t cut, std::size_t i, std::array<Corners, Count>& piece, std::array<std::size_t, Count>& by);
+  template <std::size_t Count>
   bool join(std::uint8_t cut);
   std::size_t turnsOf(const Tree& tree) const;
 
