@@ -50,8 +50,8 @@ std::size_t PieceTrees::turnsOf(const Tree& tree) const {
   return cut == 0 || cut == 7 ? 1 : 3;
 }
 
-// Turn the last trees, from `i` down, so that they are what such a cut leaves. Most that are not of one triangle are
-// seen by the first two not to be.
+// Turn the last trees, from `i` down, so that they are what such a cut leaves. Where they were not cut from one
+// triangle, the first two mostly tell.
 template <std::size_t Count>
 bool PieceTrees::turn(std::uint8_t cut, std::size_t i, std::array<Corners, Count>& piece,
                       std::array<std::size_t, Count>& by) {

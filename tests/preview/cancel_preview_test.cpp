@@ -4,6 +4,7 @@
 #include "bake/preview/preview.h"
 #include "relume/glossy.h"
 #include "tests/preview/known_light.h"
+#include "tests/preview/small_picture.h"
 #include "tests/rays/make_scene.h"
 
 #include <gtest/gtest.h>
@@ -35,14 +36,7 @@ struct CancelRoom {
   }
 };
 
-PreviewOptions quickPicture() {
-  PreviewOptions options;
-  options.width = 24;
-  options.height = 16;
-  options.samples = 1;
-  options.rays = 16;
-  return options;
-}
+PreviewOptions quickPicture() { return pictureOf(24, 16, 1, 16); }
 
 void expectCancelled(const Result<PreviewFrame>& frame) {
   ASSERT_FALSE(frame);

@@ -6,6 +6,7 @@
 #include "bake/reference/emitters.h"
 #include "bake/reference/path_tracer.h"
 #include "relume/glossy.h"
+#include "tests/preview/small_picture.h"
 #include "tests/rays/make_scene.h"
 
 #include <gtest/gtest.h>
@@ -22,11 +23,7 @@ namespace {
 using namespace test;
 
 PreviewOptions smallGlossyPicture() {
-  PreviewOptions options;
-  options.width = 48;
-  options.height = 32;
-  options.samples = 2;
-  options.rays = 256;
+  PreviewOptions options = pictureOf(48, 32, 2, 256);
   options.gloss = true;
   return options;
 }

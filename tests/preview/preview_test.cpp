@@ -6,6 +6,7 @@
 #include "bake/reference/path_tracer.h"
 #include "tests/cancel_after.h"
 #include "tests/preview/known_light.h"
+#include "tests/preview/small_picture.h"
 #include "tests/rays/make_scene.h"
 
 #include <gtest/gtest.h>
@@ -20,14 +21,7 @@ namespace {
 
 using namespace test;
 
-PreviewOptions smallPicture() {
-  PreviewOptions options;
-  options.width = 48;
-  options.height = 32;
-  options.samples = 2;
-  options.rays = 256;
-  return options;
-}
+PreviewOptions smallPicture() { return pictureOf(48, 32, 2, 256); }
 
 struct Asked {
   Camera camera;

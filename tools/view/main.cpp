@@ -38,9 +38,9 @@ int main(int argc, char** argv) {
   context.onMessage = say;
   auto scene = loadScene(options->scene, context, toImportOptions(options->sceneOptions));
   if (!scene) return fail(scene.error());
-  if (const Status drawn = checkDrawnTriangles(*scene); !drawn) return fail(drawn.error());
-  // A window bakes by itself, and shows how far it is.
+  // A window bakes by itself, and shows how far it is; that there is nothing to bake is said before it opens.
   if (options->bake.empty() && options->draft && options->headlessFrames == 0) {
+    if (const Status drawn = checkDrawnTriangles(*scene); !drawn) return fail(drawn.error());
     const Status status = runWindow(std::move(*scene), nullptr, *options);
     return status ? 0 : fail(status.error());
   }

@@ -161,10 +161,10 @@ class Adviser {
 
   // The area [m²] of small pieces, or 0 where they are not worth a warning.
   double smallToTellOf(std::uint32_t instance, const Faulty& faulty) const {
-    if (isCoarse_) return 0.0;
+    if (isCoarse_ || !isWorthAWarning(faulty.small.area)) return 0.0;
     const double density = mendingDensity(faulty.small);
     const bool mends = density <= kMaxDensity && isAffordable(instance, faulty, density);
-    return isWorthAWarning(faulty.small.area, mends ? kMinShare : kMinHopeless) ? faulty.small.area : 0.0;
+    return mends || isWorthAWarning(faulty.small.area, kMinHopeless) ? faulty.small.area : 0.0;
   }
 
   // The area [m²] of all backs, or 0 where they are not worth a warning.
@@ -220,9 +220,11 @@ class Adviser {
                   const std::function<void(std::uint32_t)>& warn) const {
     std::vector<std::uint32_t> order(scene_.instances.size());
     std::iota(order.begin(), order.end(), 0u);
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return area(a) > area(b); });
+    std::vector<double> areas(order.size());
+    for (const std::uint32_t i : order) areas[i] = area(i);
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return areas[a] > areas[b]; });
     for (std::size_t i = 0; i < std::min(maxCount, order.size()); ++i) {
-      if (!isWorthAWarning(area(order[i]))) break;
+      if (!isWorthAWarning(areas[order[i]])) break;
       warn(order[i]);
     }
   }
@@ -235,6 +237,9 @@ class Adviser {
                              " m and read the grid; ";
     const std::string gridLit =
         ", or mark it extras.relume.bake: \"gridLit\" if the grid's light will do for all of it";
+    const std::string caches = options_.lightmapSize != 0
+                                   ? "--lightmap-size, now " + std::to_string(options_.lightmapSize)
+                                   : "--lightmap-caches, now " + std::to_string(options_.lightmapCaches);
     if (density > kMaxDensity)
       context_.message(Severity::warning,
                        what + "join the pieces of " + node + gridLit + ": no texelDensity up to 100 gives them caches");
@@ -242,9 +247,8 @@ class Adviser {
       context_.message(Severity::warning, what + "raise extras.relume.texelDensity of " + node + " from " + now +
                                               " to " + rounded(density) + gridLit);
     else
-      context_.message(Severity::warning, what + "join the pieces of " + node + ", ask for more light-map caches " +
-                                              "(--lightmap-caches, now " + std::to_string(options_.lightmapCaches) +
-                                              ")" + gridLit + ": a texelDensity that gives them caches, " +
+      context_.message(Severity::warning, what + "join the pieces of " + node + ", ask for more light-map caches (" +
+                                              caches + ")" + gridLit + ": a texelDensity that gives them caches, " +
                                               rounded(density) + ", takes texels from all else");
   }
 
