@@ -13,9 +13,18 @@ layout(binding = RELUME_LIVE_UNIT_RAYS) uniform sampler2D relumeLiveRays;       
 layout(binding = RELUME_LIVE_UNIT_RADIANCE) uniform sampler2D relumeLiveRadiance;  // of live_reflect.comp
 layout(rgba32f, binding = 0) uniform image2D lightImage;
 layout(std430, binding = RELUME_LIVE_SLOT_CACHES) readonly buffer Caches { uint cacheVoxel[]; };
+// What rays meet of what stands and of what moves: bits of the voxels of a cell that have sub-voxels, and the number of
+// the first of them. Cells as in relumeLiveCells.
+struct RayCell {
+  uvec2 standing, moving;
+  uint firstStanding, firstMoving;
+};
+layout(std430, binding = RELUME_LIVE_SLOT_RAY_CELLS) readonly buffer RayCells { RayCell rayCells[]; };
+layout(std430, binding = RELUME_LIVE_SLOT_SUB_VOXELS) readonly buffer SubVoxels { uvec2 subVoxels[]; };
 
 uniform uint relumeLiveRayCount;
 uniform uint relumeLiveFirstCache;
+uniform uvec2 relumeLiveRow;   // cells of relumeLiveCells in x and in y
 uniform float relumeLiveKeep;  // share of what a cache has that stays
 #ifdef RELUME_LIVE_NESTED
 // The volumes, from the outermost on, and which one's caches gather; what is below is of the one that a ray is in.
@@ -38,9 +47,26 @@ shared vec4 part[RELUME_LIVE_GROUP * 7];
 
 uvec4 movingCell(ivec3 cell) { return texelFetch(relumeLiveMovingCells, cell + ivec3(0, 0, relumeLiveLayer), 0); }
 
-uvec2 brickAt(ivec3 cell) {
-  uvec2 bits = relumeLiveCell(cell).xy;
-  return relumeLiveMoves != 0u ? bits | movingCell(cell).xy : bits;
+uint rayCellIndex(ivec3 cell) {
+  return (uint(cell.z + relumeLiveLayer) * relumeLiveRow.y + uint(cell.y)) * relumeLiveRow.x + uint(cell.x);
+}
+
+uvec2 subVoxelsOf(uvec2 bits, uint first, uint bit) {
+  return relumeLiveIsSet(bits, bit) ? subVoxels[first + relumeLiveCountBefore(bits, bit)] : uvec2(0u);
+}
+
+uvec2 standingSubVoxels(RayCell cell, uint bit) { return subVoxelsOf(cell.standing, cell.firstStanding, bit); }
+uvec2 movingSubVoxels(RayCell cell, uint bit) { return subVoxelsOf(cell.moving, cell.firstMoving, bit); }
+
+// The bits of a brick or of a voxel's sub-voxels.
+uvec2 rayBrick(ivec3 cell) {
+  uint index = rayCellIndex(cell);
+  return rayCells[index].standing | rayCells[index].moving;
+}
+uvec2 subVoxelsIn(ivec3 v) {
+  RayCell cell = rayCells[rayCellIndex(v >> 2)];
+  uint bit = relumeLiveBit(v);
+  return standingSubVoxels(cell, bit) | movingSubVoxels(cell, bit);
 }
 
 // Where the ray is along an axis when it leaves a brick along another at t: a guess, then as many crossings as come
@@ -62,18 +88,35 @@ int whenLeaving(int v, int along, int ahead, float origin, float way, float inve
   return at;
 }
 
-// The first voxel that is set, from inside of the grid (runtime/voxels/march.h); false = none.
-bool march(vec3 origin, vec3 way, out ivec3 v, out uvec2 brick) {
+// Where a ray that begins at `at`, or at the face of voxel v that is nearest, is along an axis, in sub-voxels, when it
+// enters the voxel across a plane of another at t.
+int whenEntering(int at, int v, int along, int ahead, float origin, float inverse, float t, bool isFirst) {
+  int last = along > 0 ? 4 * v + 3 : 4 * v;
+  if (along == 0) return at;
+  for (int i = 0; i < 3 && at != last; ++i) {
+    float cross = (0.25 * float(at + ahead) - origin) * inverse;
+    if (!(cross < t || (cross == t && isFirst))) break;
+    at += along;
+  }
+  return at;
+}
+
+// The first voxel with a sub-voxel in the ray's way, from inside of the grid (runtime/voxels/march.h); false = none.
+// sub: its bit.
+bool march(vec3 origin, vec3 way, out ivec3 v, out uint sub) {
   ivec3 along = ivec3(greaterThan(way, vec3(1e-12))) - ivec3(lessThan(way, vec3(-1e-12)));
   bvec3 never = equal(along, ivec3(0));
   vec3 inverse = 1.0 / mix(way, vec3(1.0), never);
   ivec3 ahead = max(along, ivec3(0)), cell = ivec3(-1);
+  uvec2 brick = uvec2(0u);
+  int entered = -1;  // across a plane of which axis the ray came into the voxel
+  float since = 0.0;
   v = ivec3(floor(origin));
-  brick = uvec2(0u);
+  sub = 0u;
   while (relumeLiveHolds(v)) {
     if ((v >> 2) != cell) {
       cell = v >> 2;
-      brick = brickAt(cell);
+      brick = rayBrick(cell);
     }
     if (brick == uvec2(0u)) {
       ivec3 low = v & ~3;
@@ -86,12 +129,35 @@ bool march(vec3 origin, vec3 way, out ivec3 v, out uvec2 brick) {
                        whenLeaving(v.z, along.z, ahead.z, origin.z, way.z, inverse.z, leaves, 2 < axis));
       at[axis] = along[axis] > 0 ? low[axis] + 4 : low[axis] - 1;
       v = at;
+      entered = axis;
+      since = leaves;
     } else {
-      if (relumeLiveIsSet(brick, relumeLiveBit(v))) return true;
+      if (relumeLiveIsSet(brick, relumeLiveBit(v))) {
+        uvec2 set = subVoxelsIn(v);
+        ivec3 s = clamp(ivec3(floor(4.0 * origin)), 4 * v, 4 * v + 3);
+        if (entered >= 0) {
+          int across = s[entered];
+          s = ivec3(whenEntering(s.x, v.x, along.x, ahead.x, origin.x, inverse.x, since, 0 < entered),
+                    whenEntering(s.y, v.y, along.y, ahead.y, origin.y, inverse.y, since, 1 < entered),
+                    whenEntering(s.z, v.z, along.z, ahead.z, origin.z, inverse.z, since, 2 < entered));
+          s[entered] = across;
+        }
+        // No ray passes more sub-voxels of a voxel than this.
+        for (int i = 0; i < 10 && (s >> 2) == v; ++i) {
+          sub = relumeLiveBit(s);
+          if (relumeLiveIsSet(set, sub)) return true;
+          vec3 t = mix((0.25 * vec3(s + ahead) - origin) * inverse, vec3(1e30), never);
+          int axis = relumeLiveFirstAxis(t);
+          if (t[axis] >= 1e30) return false;
+          s[axis] += along[axis];
+        }
+      }
       vec3 t = mix((vec3(v + ahead) - origin) * inverse, vec3(1e30), never);
       int axis = relumeLiveFirstAxis(t);
       if (t[axis] >= 1e30) return false;
       v[axis] += along[axis];
+      entered = axis;
+      since = t[axis];
     }
   }
   return false;
@@ -101,26 +167,59 @@ ivec2 sideAt(uint side) {
   return ivec2(side % uint(RELUME_LIVE_SIDES_A_ROW), side / uint(RELUME_LIVE_SIDES_A_ROW));
 }
 
-// Of the side of an occupied voxel that a ray of this direction meets, as VoxelVolume::radianceAt() has it.
-vec3 radianceOf(ivec3 v, vec3 way) {
-  uint bit = relumeLiveBit(v), number = kRelumeLiveNone, end = 0u;
-  if (relumeLiveMoves != 0u) {
-    uvec4 moving = movingCell(v >> 2);
-    if (relumeLiveIsSet(moving.xy, bit)) {
-      number = moving.z + relumeLiveCountBefore(moving.xy, bit);
-      end = relumeLiveEnd.y;
-    }
-  }
-  if (number == kRelumeLiveNone) {
-    uvec4 standing = relumeLiveCell(v >> 2);
-    number = standing.z + relumeLiveCountBefore(standing.xy, bit);
-    end = relumeLiveEnd.x;
-  }
-  if (number >= end) return vec3(0.0);
+// The number of a layer's voxel; kRelumeLiveNone where it is not occupied.
+uint numberOf(uvec4 cell, uint bit) {
+  return relumeLiveIsSet(cell.xy, bit) ? cell.z + relumeLiveCountBefore(cell.xy, bit) : kRelumeLiveNone;
+}
+uint numberAt(bool moves, ivec3 v) {
+  return numberOf(moves ? movingCell(v >> 2) : relumeLiveCell(v >> 2), relumeLiveBit(v));
+}
+
+bool isOccupied(ivec3 v) {
+  if (!relumeLiveHolds(v)) return false;
+  uvec2 bits = relumeLiveCell(v >> 2).xy;
+  if (relumeLiveMoves != 0u) bits |= movingCell(v >> 2).xy;
+  return relumeLiveIsSet(bits, relumeLiveBit(v));
+}
+
+// This and what follows as in runtime/voxels/radiance_along.h
+bool isBehindOthers(ivec3 v, ivec3 from) {
+  return isOccupied(v + ivec3(from.x, 0, 0)) && isOccupied(v + ivec3(0, from.y, 0)) &&
+         isOccupied(v + ivec3(0, 0, from.z));
+}
+
+// Of a layer's voxel.
+vec3 radianceOf(bool moves, uint number, vec3 way) {
+  if (number >= (moves ? relumeLiveEnd.y : relumeLiveEnd.x)) return vec3(0.0);
   vec4 front = texelFetch(relumeLiveRadiance, sideAt(2u * number), 0);
   uint axis = uint(front.w);
   vec3 toward = vec3(axis >> 16 & 255u, axis >> 8 & 255u, axis & 255u) - 128.0;
   return dot(toward, way) < 0.0 ? front.rgb : texelFetch(relumeLiveRadiance, sideAt(2u * number + 1u), 0).rgb;
+}
+
+vec3 radianceMet(ivec3 v, uint sub, vec3 way) {
+  ivec3 from = 2 * ivec3(lessThan(way, vec3(0.0))) - 1;
+  if (isOccupied(v) && isBehindOthers(v, from)) {
+    for (int a = 0; a < 3; ++a) {
+      ivec3 beside = v;
+      beside[a] += from[a];
+      if (isBehindOthers(beside, from)) continue;
+      uint moving = relumeLiveMoves != 0u ? numberAt(true, beside) : kRelumeLiveNone;
+      bool moves = moving != kRelumeLiveNone;
+      return radianceOf(moves, moves ? moving : numberAt(false, beside), way);
+    }
+  }
+  bool moves = relumeLiveMoves != 0u &&
+               relumeLiveIsSet(movingSubVoxels(rayCells[rayCellIndex(v >> 2)], relumeLiveBit(v)), sub);
+  uint number = numberAt(moves, v);
+  // Its own, or of the voxel beside its corner
+  ivec3 at = ivec3(sub & 3u, sub >> 2 & 3u, sub >> 4);
+  for (int a = 0; a < 3 && number == kRelumeLiveNone; ++a) {
+    ivec3 beside = v;
+    beside[a] += at[a] < 2 ? -1 : 1;
+    if (relumeLiveHolds(beside)) number = numberAt(moves, beside);
+  }
+  return radianceOf(moves, number, way);
 }
 
 #ifdef RELUME_LIVE_NESTED
@@ -143,8 +242,8 @@ vec3 radianceAlong(vec3 place, vec3 way, vec3 sky) {
     relumeLiveMoves = relumeLiveMoving[volume];
     relumeLiveEnd = relumeLiveEnds[volume];
     ivec3 v;
-    uvec2 brick;
-    if (march(place, way, v, brick)) return radianceOf(v, way);
+    uint sub;
+    if (march(place, way, v, sub)) return radianceMet(v, sub, way);
     place = 0.5 * leavePlace(place, way) + relumeLiveToOuter[volume];
   }
   return sky;
@@ -152,8 +251,8 @@ vec3 radianceAlong(vec3 place, vec3 way, vec3 sky) {
 #else
 vec3 radianceAlong(vec3 place, vec3 way, vec3 sky) {
   ivec3 v;
-  uvec2 brick;
-  return march(place, way, v, brick) ? radianceOf(v, way) : sky;
+  uint sub;
+  return march(place, way, v, sub) ? radianceMet(v, sub, way) : sky;
 }
 #endif
 

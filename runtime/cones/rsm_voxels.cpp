@@ -24,10 +24,9 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kRsmSides = 256, kTexels = 4096;  // of a chunk
-constexpr std::uint32_t kNoVoxel = 0xFFFFFFFFu;
-constexpr float kLittle = 0.5f;        // [voxel faces] a side with less area looks for a neighbour
-constexpr float kLeastArea = 0.0625f;  // [voxel faces] that flux is spread over at least
-constexpr float kSameWay = 0.7f;       // cosine between sides that face the same way
+constexpr float kLittle = 0.5f;                           // [voxel faces] a side with less area looks for a neighbour
+constexpr float kLeastArea = 0.0625f;                     // [voxel faces] that flux is spread over at least
+constexpr float kSameWay = 0.7f;                          // cosine between sides that face the same way
 constexpr double kMostPerFlux = 1e30;  // [1/(m² sr)] of voxels next to no metre wide: no light stays none
 constexpr int kFinestUnit = -100;      // exponent: single precision has units and their inverse
 

@@ -132,10 +132,13 @@ void LiveCachesGl::State::gather(std::size_t level, const LiveFrame& frame) {
   gl_.BindTexture(GL_TEXTURE_2D, volume.sides.radianceTexture());
   volumes.light().bindImage(0, GL_READ_WRITE);
   volumes.cacheVoxels().bind(RELUME_LIVE_SLOT_CACHES);
+  volumes.rayCells().bind(RELUME_LIVE_SLOT_RAY_CELLS);
+  volumes.subVoxels().bind(RELUME_LIVE_SLOT_SUB_VOXELS);
   const gl::Program& program = level > 0 ? nestedGatherProgram : gatherProgram;
   set(program, "relumeLiveRayCount", options.raysPerCell);
   set(program, "relumeLiveFirstCache", volume.at.firstCache);
   set(program, "relumeLiveKeep", frame.keep);
+  set(program, "relumeLiveRow", volumes.rowCells());
   if (level == 0) {
     gl::setGrid(gl_, program.get(), volume.cells.grid, volume.cells.grid.voxel);
     set(program, "relumeLiveMoves", volume.moves ? 1u : 0u);

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <utility>
 
 namespace relume::gl {
 namespace {
@@ -27,12 +28,23 @@ std::uint32_t numbersOf(const VoxelVolume& volume) {
   return std::max(volume.standing().occupied, volume.standing().kept + volume.moving().kept);
 }
 
+std::uint32_t subVoxelsOf(const VoxelVolume& volume) {
+  return static_cast<std::uint32_t>(volume.standing().subVoxels.of.size() + volume.moving().subVoxels.of.size());
+}
+
+// As live_gather.comp has it.
+struct RayCell {
+  std::uint64_t standing, moving;
+  std::uint32_t firstStanding, firstMoving;
+};
+static_assert(sizeof(RayCell) == 24);
+
 }  // namespace
 
 // What a volume changes to; cells: nothing where it stays.
 struct NestedVolumesGl::Next {
   std::optional<CellSet> cells;
-  std::uint32_t caches = 0, voxels = 0;
+  std::uint32_t caches = 0, voxels = 0, subVoxels = 0;
 };
 
 NestedVolumesGl::NestedVolumesGl(const Functions& gl)
@@ -43,6 +55,8 @@ NestedVolumesGl::NestedVolumesGl(const Functions& gl)
       light_(gl, kFloats, kTexelsOfCache * RELUME_LIVE_CACHES_A_ROW),
       otherLight_(gl, kFloats, kTexelsOfCache * RELUME_LIVE_CACHES_A_ROW),
       cacheVoxels_(gl),
+      rayCells_(gl),
+      subVoxels_(gl),
       carried_(gl) {
   volumes_.push_back(std::make_unique<FollowedVolume>(gl));
 }
@@ -85,7 +99,7 @@ std::vector<SharedPlaces> NestedVolumesGl::placesOf(std::span<const VoxelVolume>
   for (std::size_t l = 0; stay && l < places.size(); ++l) {
     places[l] = volumes_[l]->at;
     stay = volumes_[l]->cells.grid.cells == volumes[l].grid().cells && next[l].caches <= places[l].caches &&
-           next[l].voxels <= places[l].voxels;
+           next[l].voxels <= places[l].voxels && next[l].subVoxels <= places[l].subVoxels;
   }
   if (stay) return places;
   // One alone has what room the textures have beyond it.
@@ -97,9 +111,11 @@ std::vector<SharedPlaces> NestedVolumesGl::placesOf(std::span<const VoxelVolume>
   for (std::size_t l = 0; l < places.size(); ++l) {
     at.caches = room(next[l].caches, RELUME_LIVE_CACHES_A_ROW);
     at.voxels = room(next[l].voxels, RELUME_LIVE_PLANES_A_ROW);
+    at.subVoxels = room(next[l].subVoxels, 1);
     places[l] = at;
     at.firstCache += at.caches;
     at.firstVoxel += at.voxels;
+    at.firstSubVoxels += at.subVoxels;
     at.layer += volumes[l].grid().cells.z;
   }
   return places;
@@ -161,6 +177,7 @@ void NestedVolumesGl::write(std::size_t level, const VoxelVolume& volume) {
   std::vector<std::uint32_t> voxel(cells.active.size());
   for (std::uint32_t i = 0; i < voxel.size(); ++i) voxel[i] = packVoxel(cells.voxelOf(i));
   cacheVoxels_.write(4 * std::size_t{to.at.firstCache}, bytesOf(voxel));
+  writeRayCells(to, volume);
   if (!to.moves) return;
   const VoxelLayer& moving = volume.moving();
   for (std::size_t c = 0; c < texels.size(); ++c) {
@@ -169,6 +186,25 @@ void NestedVolumesGl::write(std::size_t level, const VoxelVolume& volume) {
                  to.at.firstVoxel + volume.standing().kept + moving.first[c], 0};
   }
   moving_.writeLayers(cells.grid.cells, to.at.layer, texels.data());
+}
+
+void NestedVolumesGl::writeRayCells(const FollowedVolume& to, const VoxelVolume& volume) {
+  const SubVoxels &standing = volume.standing().subVoxels, &moving = volume.moving().subVoxels;
+  const auto firstMoving = static_cast<std::uint32_t>(to.at.firstSubVoxels + standing.of.size());
+  subVoxels_.write(8 * std::size_t{to.at.firstSubVoxels}, bytesOf(standing.of));
+  subVoxels_.write(8 * std::size_t{firstMoving}, bytesOf(moving.of));
+  const glm::uvec3 cells(volume.grid().cells), row(rowCells_, 0);
+  std::vector<RayCell> layer(std::size_t{row.x} * row.y);
+  for (std::uint32_t z = 0; z < cells.z; ++z) {
+    for (std::uint32_t y = 0; y < cells.y; ++y) {
+      for (std::uint32_t x = 0; x < cells.x; ++x) {
+        const std::uint32_t c = (z * cells.y + y) * cells.x + x;
+        layer[y * row.x + x] = {standing.bits[c], moving.bits[c], to.at.firstSubVoxels + standing.first[c],
+                                firstMoving + moving.first[c]};
+      }
+    }
+    rayCells_.write(sizeof(RayCell) * layer.size() * (static_cast<std::uint32_t>(to.at.layer) + z), bytesOf(layer));
+  }
 }
 
 void NestedVolumesGl::findStencils(const FollowedVolume& volume) {
@@ -199,6 +235,7 @@ Status NestedVolumesGl::follow(std::span<const VoxelVolume> volumes) {
     }
     next[l].caches = static_cast<std::uint32_t>((isOf(l) ? volumes_[l]->cells : *next[l].cells).active.size());
     next[l].voxels = numbersOf(volumes[l]);
+    next[l].subVoxels = subVoxelsOf(volumes[l]);
     all = {std::max(all.x, grid.cells.x), std::max(all.y, grid.cells.y), all.z + grid.cells.z};
   }
   const std::vector<SharedPlaces> places = placesOf(volumes, next);
@@ -214,6 +251,12 @@ Status NestedVolumesGl::follow(std::span<const VoxelVolume> volumes) {
   moving_.reserve(all);
   isElsewhere = planes_.reserve(rowsOf(voxels, RELUME_LIVE_PLANES_A_ROW)) || isElsewhere;
   isElsewhere = cacheVoxels_.reserve(4 * from.size()) || isElsewhere;
+  const glm::uvec2 row(all.x, all.y);
+  isElsewhere = row != std::exchange(rowCells_, row) || isElsewhere;
+  isElsewhere =
+      rayCells_.reserve(sizeof(RayCell) * std::size_t{row.x} * row.y * static_cast<std::size_t>(all.z)) || isElsewhere;
+  isElsewhere =
+      subVoxels_.reserve(8 * (std::size_t{places.back().firstSubVoxels} + next.back().subVoxels)) || isElsewhere;
   const std::size_t sides = 2 * std::size_t{places.back().firstVoxel} + volumes.back().sideCount();
   bool isLost = volumes_.front()->sides.reserveRows(sides);
   volumes_.resize(volumes.size());
@@ -289,6 +332,7 @@ std::vector<std::pair<std::string, std::size_t>> NestedVolumesGl::bufferSizes() 
   }
   sizes.emplace_back("cells",
                      cells_.bytes() + moving_.bytes() + planes_.bytes() + cacheVoxels_.bytes() + carried_.bytes());
+  sizes.emplace_back("sub-voxels", rayCells_.bytes() + subVoxels_.bytes());
   sizes.emplace_back("cell light", light_.bytes() + otherLight_.bytes());
   sizes.emplace_back("side stencils", stencils);
   return sizes;

@@ -27,10 +27,12 @@ inline constexpr std::uint32_t kTexelsOfCache = 7;
 // Where one volume's own begin in what all share, and for how many there is room.
 struct SharedPlaces {
   int layer = 0;
-  std::uint32_t firstCache = 0, caches = 0;  // [a multiple of RELUME_LIVE_CACHES_A_ROW]
-  std::uint32_t firstVoxel = 0, voxels = 0;  // [a multiple of RELUME_LIVE_PLANES_A_ROW]
+  std::uint32_t firstCache = 0, caches = 0;         // [a multiple of RELUME_LIVE_CACHES_A_ROW]
+  std::uint32_t firstVoxel = 0, voxels = 0;         // [a multiple of RELUME_LIVE_PLANES_A_ROW]
+  std::uint32_t firstSubVoxels = 0, subVoxels = 0;  // voxels that have sub-voxels
   bool beginsAt(const SharedPlaces& other) const {
-    return layer == other.layer && firstCache == other.firstCache && firstVoxel == other.firstVoxel;
+    return layer == other.layer && firstCache == other.firstCache && firstVoxel == other.firstVoxel &&
+           firstSubVoxels == other.firstSubVoxels;
   }
 };
 
@@ -86,6 +88,10 @@ class NestedVolumesGl {
   const GrowingRows& light() const { return light_; }    // of all caches (lib/live_read.glsl)
   GrowingRows& light() { return light_; }
   const GrowingBuffer& cacheVoxels() const { return cacheVoxels_; }  // where they stand, packVoxel()
+  // What rays meet: cells as in cells(), in rows of so many, and sub-voxels (live_gather.comp).
+  const GrowingBuffer& rayCells() const { return rayCells_; }
+  const GrowingBuffer& subVoxels() const { return subVoxels_; }
+  const glm::uvec2& rowCells() const { return rowCells_; }
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
 
  private:
@@ -96,6 +102,7 @@ class NestedVolumesGl {
                                          const std::vector<SharedPlaces>& places) const;
   void carry(const std::vector<std::uint32_t>& from);
   void write(std::size_t level, const VoxelVolume& volume);
+  void writeRayCells(const FollowedVolume& to, const VoxelVolume& volume);
   void findStencils(const FollowedVolume& volume);
 
   const Functions& gl_;
@@ -104,7 +111,8 @@ class NestedVolumesGl {
   bool follows_ = false;                                  // them
   CellTexture cells_, moving_;
   GrowingRows planes_, light_, otherLight_;
-  GrowingBuffer cacheVoxels_, carried_;
+  GrowingBuffer cacheVoxels_, rayCells_, subVoxels_, carried_;
+  glm::uvec2 rowCells_{1};
   bool hasSky_ = false, lostRadiance_ = false;
 };
 

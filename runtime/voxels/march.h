@@ -3,7 +3,8 @@
 // (Amanatides and Woo 1987), and empty bricks are crossed in one step without changing which voxels are met.
 //
 // The ray crosses plane k of an axis at t = (k - origin) / direction, the same number wherever it is asked for, and
-// crossings at one t happen in the order of the axes. So the voxels of a walk by bricks are those of a walk by voxels.
+// crossings at one t happen in the order of the axes. So the voxels of a walk by bricks are those of a walk by voxels,
+// and so are the sub-voxels that a ray passes within them.
 #pragma once
 
 #include "runtime/voxels/voxel_grid.h"
@@ -21,6 +22,7 @@ struct MarchHit {
   glm::ivec3 voxel{0};
   float t = std::numeric_limits<float>::infinity();  // [voxels] where the ray enters it; 0 = it starts there
   bool found = false;
+  unsigned subVoxel = 0;  // brickBit() of that in which the ray ends
 };
 
 class VoxelMarch {
@@ -38,6 +40,21 @@ class VoxelMarch {
 
   // The first voxel set within [0, tMax).
   MarchHit first(float tMax) {
+    return walk(tMax, [](const glm::ivec3&, unsigned&) { return true; });
+  }
+  // The first that has a sub-voxel in the ray's way. subVoxelsOf(voxel): which are in the way, by brickBit()
+  template <class SubVoxelsOf>
+  MarchHit first(float tMax, const SubVoxelsOf& subVoxelsOf) {
+    return walk(tMax, [&](const glm::ivec3& v, unsigned& met) { return meets(v, subVoxelsOf(v), met); });
+  }
+
+ private:
+  static constexpr float kSmall = 1e-12f;
+  static constexpr float kNever = std::numeric_limits<float>::infinity();
+
+  // The first voxel set where the ray stops.
+  template <class Stops>
+  MarchHit walk(float tMax, const Stops& stops) {
     MarchHit hit;
     glm::ivec3 v;
     if (!enter(v, tMax)) return hit;
@@ -50,7 +67,7 @@ class VoxelMarch {
         // Walk by voxels until the brick is left.
         const int x = v.x >> 2, y = v.y >> 2, z = v.z >> 2;
         do {
-          if (brick >> brickBit(v) & 1u) {
+          if ((brick >> brickBit(v) & 1u) != 0 && stops(v, hit.subVoxel)) {
             hit.voxel = v;
             hit.t = t_;
             hit.found = true;
@@ -62,10 +79,6 @@ class VoxelMarch {
       if (t_ >= tMax || v.x < 0 || v.y < 0 || v.z < 0 || v.x >= size.x || v.y >= size.y || v.z >= size.z) return hit;
     }
   }
-
- private:
-  static constexpr float kSmall = 1e-12f;
-  static constexpr float kNever = std::numeric_limits<float>::infinity();
 
   // When the ray leaves the slab of voxels [low, low + size) of an axis.
   // An axis along which the ray does not go is never crossed: offset_ is infinite there and inverse_ is 1.
@@ -89,6 +102,7 @@ class VoxelMarch {
       }
     }
     if (!(t_ < tMax)) return false;
+    entered_ = axis;
     for (int a = 0; a < 3; ++a) {
       const float at = origin_[a] + t_ * direction_[a];
       // Rounding may put the place of entry a little outside.
@@ -107,6 +121,7 @@ class VoxelMarch {
     const float x = exitTime(0, v.x, 1), y = exitTime(1, v.y, 1), z = exitTime(2, v.z, 1);
     const int axis = firstAxis(x, y, z);
     t_ = axis == 0 ? x : axis == 1 ? y : z;
+    entered_ = axis;
     v[axis] += step_[axis];
     return t_ < kNever;
   }
@@ -130,7 +145,33 @@ class VoxelMarch {
       v[a] = at;
     }
     v[axis] = step_[axis] > 0 ? low[axis] + kBrickSide : low[axis] - 1;
+    entered_ = axis;
     return true;
+  }
+
+  // Whether the ray, which has just entered this voxel, meets one of these sub-voxels before it leaves it.
+  bool meets(const glm::ivec3& v, std::uint64_t subVoxels, unsigned& met) const {
+    glm::ivec3 s;
+    for (int a = 0; a < 3; ++a) {
+      const int low = kBrickSide * v[a], high = low + kBrickSide - 1, last = step_[a] > 0 ? high : low;
+      const float begins = std::floor(static_cast<float>(kBrickSide) * origin_[a]);
+      s[a] = static_cast<int>(glm::clamp(begins, static_cast<float>(low), static_cast<float>(high)));
+      if (entered_ < 0 || a == entered_ || step_[a] == 0) continue;
+      while (s[a] != last && isBefore(a, subExitTime(a, s[a]), entered_, t_)) s[a] += step_[a];
+    }
+    for (;;) {
+      met = brickBit(s);
+      if (subVoxels >> met & 1u) return true;
+      const float x = subExitTime(0, s.x), y = subExitTime(1, s.y), z = subExitTime(2, s.z);
+      const int axis = firstAxis(x, y, z);
+      if (!((axis == 0 ? x : axis == 1 ? y : z) < kNever)) return false;
+      s[axis] += step_[axis];
+      if (s[axis] >> 2 != v[axis]) return false;
+    }
+  }
+  float subExitTime(int axis, int sub) const {
+    return (static_cast<float>(sub + (ahead_[axis] & 1)) / static_cast<float>(kBrickSide) - offset_[axis]) *
+           inverse_[axis];
   }
   static bool isBefore(int axisA, float a, int axisB, float b) { return a < b || (a == b && axisA < axisB); }
 
@@ -139,6 +180,7 @@ class VoxelMarch {
   glm::vec3 origin_, direction_, inverse_{0.0f}, offset_{0.0f};
   glm::ivec3 step_{0}, ahead_{0};  // ahead_: all bits where the ray goes up
   float t_ = 0.0f;
+  int entered_ = -1;  // across a plane of which axis the ray came into the voxel; -1 = it begins there
 };
 
 }  // namespace relume

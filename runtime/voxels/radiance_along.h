@@ -7,6 +7,7 @@
 
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vector_relational.hpp>
 
 #include <limits>
 #include <span>
@@ -36,13 +37,38 @@ inline glm::vec3 placeInOuter(const VolumeGrid& inner, const VolumeGrid& outer, 
   return 0.5f * place + static_cast<float>(kBrickSide / 2) * glm::vec3(inner.shift - 2 * outer.shift);
 }
 
+// Whether a voxel has no free one beside it on the sides from which rays of this direction come: what it holds lies
+// behind others, as in the foot of a wall, and may be lit from behind the wall.
+inline bool isBehindOthers(const VoxelVolume& volume, const glm::ivec3& voxel, const glm::ivec3& from) {
+  for (int a = 0; a < 3; ++a) {
+    glm::ivec3 beside = voxel;
+    beside[a] += from[a];
+    if (!volume.isOccupied(beside)) return false;
+  }
+  return true;
+}
+
+// Radiance of what a ray meets: of the voxel, or where that is behind others of one before it that is not.
+inline glm::vec3 radianceMet(const VoxelVolume& volume, const MarchHit& hit, const glm::vec3& direction) {
+  const glm::ivec3 from = 2 * glm::ivec3(glm::lessThan(direction, glm::vec3(0.0f))) - 1;
+  if (volume.isOccupied(hit.voxel) && isBehindOthers(volume, hit.voxel, from)) {
+    for (int a = 0; a < 3; ++a) {
+      glm::ivec3 beside = hit.voxel;
+      beside[a] += from[a];
+      if (!isBehindOthers(volume, beside, from)) return volume.radianceAt(beside, direction);
+    }
+  }
+  return volume.radianceAt(hit.voxel, hit.subVoxel, direction);
+}
+
 // Radiance of what a ray of a volume meets there or beyond, in the last of `beyond` and then in the one before it; else
 // the sky's. [position: voxels; direction unit]
 inline glm::vec3 radianceAlong(const VoxelVolume& volume, std::span<const VoxelVolume> beyond,
                                const glm::vec3& position, const glm::vec3& direction, const glm::vec3& sky) {
   constexpr float kFar = std::numeric_limits<float>::infinity();
-  const MarchHit hit = VoxelMarch(volume.grid(), volume.bits().data(), position, direction).first(kFar);
-  if (hit.found) return volume.radianceAt(hit.voxel, direction);
+  VoxelMarch march(volume.grid(), volume.rayBits().data(), position, direction);
+  const MarchHit hit = march.first(kFar, [&](const glm::ivec3& v) { return volume.subVoxelsIn(v); });
+  if (hit.found) return radianceMet(volume, hit, direction);
   if (beyond.empty()) return sky;
   const glm::vec3 left = leavePlace(volume.grid(), position, direction);
   const VoxelVolume& outer = beyond.back();

@@ -17,6 +17,7 @@ namespace relume {
 inline constexpr int kBrickSide = 4;   // voxels
 inline constexpr int kVoxelShift = 6;  // bits of a position below a voxel
 inline constexpr int kVoxelSteps = 1 << kVoxelShift;
+inline constexpr int kSubShift = kVoxelShift - 2;  // the same below a sub-voxel, of which a voxel has 4 x 4 x 4
 inline constexpr std::uint32_t kMinCells = 8, kMaxCells = 64;  // on the longest side
 
 struct VolumeGrid {
@@ -78,12 +79,12 @@ inline VolumeGrid shifted(const VolumeGrid& grid, const glm::ivec3& shift) {
   return moved;
 }
 
-// The bit of a voxel in its brick: x fastest.
+// The bit of a voxel in its brick, or of a sub-voxel in its voxel: x fastest.
 inline unsigned brickBit(const glm::ivec3& v) {
   return static_cast<unsigned>((v.x & 3) | (v.y & 3) << 2 | (v.z & 3) << 4);
 }
 
-// The voxel of a bit, from the brick's corner.
+// The voxel of a bit, from the brick's corner; or the sub-voxel, from its voxel's.
 inline glm::ivec3 voxelOfBit(int bit) { return {bit & 3, bit >> 2 & 3, bit >> 4}; }
 // How many voxels of a brick come before one.
 inline std::uint32_t countBefore(std::uint64_t brick, const glm::ivec3& v) {

@@ -233,6 +233,7 @@ void voxelise(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles
   layer.bits.assign(grid.cellCount(), 0);
   addBits(grid, triangles, parallelFor, layer.bits);
   number(layer);
+  layer.subVoxels = findSubVoxels(grid, triangles, parallelFor);
 }
 
 VoxelLayer moveLayer(const VoxelLayer& layer, const VolumeGrid& to, const glm::ivec3& by) {
@@ -243,6 +244,7 @@ VoxelLayer moveLayer(const VoxelLayer& layer, const VolumeGrid& to, const glm::i
     if (to.holdsCell(from)) moved.bits[c] = layer.bits[to.cellIndex(from)];
   }
   number(moved);
+  moved.subVoxels = layer.subVoxels.moved(to, by);
   makeRoom(moved, moved.occupied);
   moved.sides = PackedSides(to.voxel * to.voxel);
   for (std::uint32_t c = 0; c < moved.bits.size(); ++c) {
@@ -342,7 +344,7 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
   }
 }
 
-bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty,
+bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty, std::span<const std::uint64_t> dirtySub,
                 std::span<const SnappedTriangle> triangles, const SummedSurfaces& surfaces, std::uint32_t budget,
                 const ParallelFor& parallelFor, VoxelLayer& layer) {
   VoxelLayer patch, made;
@@ -357,6 +359,7 @@ bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty,
   number(made);
   if (std::max(layer.occupied, made.occupied) > budget) return false;
   fillSides(grid, triangles, surfaces, budget, parallelFor, patch);
+  made.subVoxels = layer.subVoxels.patched(dirtySub, findSubVoxels(grid, triangles, parallelFor));
   makeRoom(made, made.occupied);
   made.sides = PackedSides(grid.voxel * grid.voxel);
   std::vector<PackedSides::Source> sources;

@@ -6,6 +6,7 @@
 #include "relume/relighter.h"
 #include "runtime/voxels/packed_sides.h"
 #include "runtime/voxels/snap_triangles.h"
+#include "runtime/voxels/sub_voxels.h"
 #include "runtime/voxels/voxel_grid.h"
 #include "runtime/voxels/voxel_side.h"
 
@@ -22,6 +23,8 @@ namespace relume {
 
 class SummedSurfaces;
 
+inline constexpr std::uint32_t kNoVoxel = 0xFFFFFFFFu;
+
 struct SideEmission {
   std::uint32_t side = 0;
   glm::vec3 emission{0.0f};  // [W/m²/sr] not 0
@@ -33,6 +36,7 @@ struct VoxelLayer {
   std::vector<glm::i8vec3> axis;         // [Size kept] toward the front side, 127 times the unit vector
   PackedSides sides;                     // of the voxels that are kept
   std::vector<SideEmission> emission;    // of the sides that emit, by ascending side
+  SubVoxels subVoxels;                   // what rays meet
   std::uint32_t occupied = 0, kept = 0;  // voxels, and those of them that have sides
 
   bool has(const VolumeGrid& grid, const glm::ivec3& v) const {
@@ -42,6 +46,18 @@ struct VoxelLayer {
   std::uint32_t numberOf(const VolumeGrid& grid, const glm::ivec3& v) const {
     const std::uint32_t cell = grid.cellOf(v);
     return first[cell] + countBefore(bits[cell], v);
+  }
+  // The voxel whose sides a ray meets in a sub-voxel: its own, or where that is not occupied the one beside its corner.
+  // kNoVoxel where there is none.
+  std::uint32_t numberBehind(const VolumeGrid& grid, const glm::ivec3& v, unsigned subVoxel) const {
+    if (has(grid, v)) return numberOf(grid, v);
+    const glm::ivec3 at = voxelOfBit(static_cast<int>(subVoxel));
+    for (int a = 0; a < 3; ++a) {
+      glm::ivec3 beside = v;
+      beside[a] += at[a] < kBrickSide / 2 ? -1 : 1;
+      if (grid.holds(beside) && has(grid, beside)) return numberOf(grid, beside);
+    }
+    return kNoVoxel;
   }
   std::uint32_t sideCount() const { return 2 * kept; }
   // Voxels of a cell that are kept.
@@ -117,7 +133,7 @@ void forVoxels(const VoxelLayer& layer, const VolumeGrid& grid, std::uint32_t be
 // Set the bits of all voxels that triangles overlap, the same at any number of threads. [Size bits: cells]
 void addBits(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
              std::vector<std::uint64_t>& bits);
-// A layer of these bits, without sides.
+// A layer of these bits and sub-voxels, without sides.
 void voxelise(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const ParallelFor& parallelFor,
               VoxelLayer& layer);
 
@@ -130,10 +146,11 @@ VoxelLayer moveLayer(const VoxelLayer& layer, const VolumeGrid& to, const glm::i
 void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const SummedSurfaces& surfaces,
                std::uint32_t budget, const ParallelFor& parallelFor, VoxelLayer& layer);
 
-// The same layer but for the voxels of `dirty`, whose bits and sides are found anew. triangles: at least all that
-// overlap such a voxel, in the order in which the whole layer has them. False, and nothing is changed, where the layer
-// has or would have more voxels than the budget keeps. [Size dirty: cells]
-bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty,
+// The same layer but for the voxels of `dirty`, whose bits and sides are found anew, and those of `dirtySub`, whose
+// sub-voxels are. triangles: at least all that overlap such a voxel, in the order in which the whole layer has them.
+// False, and nothing is changed, where the layer has or would have more voxels than the budget keeps. [Size dirty:
+// cells]
+bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty, std::span<const std::uint64_t> dirtySub,
                 std::span<const SnappedTriangle> triangles, const SummedSurfaces& surfaces, std::uint32_t budget,
                 const ParallelFor& parallelFor, VoxelLayer& layer);
 

@@ -291,6 +291,7 @@ std::vector<std::pair<std::string, std::size_t>> VoxelVolume::bufferSizes() cons
   for (const PackedMesh& mesh : geometry_->mesh) geometry += mesh.bytes();
   return {{"bricks", bytes(bits_) + bytes(standing_->bits) + bytes(standing_->first) + bytes(moving_.bits) +
                          bytes(moving_.first)},
+          {"sub-voxels", bytes(rayBits_) + standing_->subVoxels.bytes() + moving_.subVoxels.bytes()},
           {"voxel sides", sidesOf(*standing_) + sidesOf(moving_)},
           {"voxel light", bytes(direct_) + bytes(radiance_)},
           {"voxel geometry", geometry}};

@@ -123,6 +123,8 @@ class VoxelVolume {
   const VolumeGrid& grid() const { return grid_; }
   // Bits of what stands and of what moves. [Size cells]
   std::span<const std::uint64_t> bits() const { return bits_; }
+  // The same of voxels that have sub-voxels, which is where rays may end. [Size cells]
+  std::span<const std::uint64_t> rayBits() const { return rayBits_; }
   const VoxelLayer& standing() const { return *standing_; }
   // The same, for who keeps it beyond the volume's next change: layers do not change, but give way to others.
   const std::shared_ptr<const VoxelLayer>& sharedStanding() const { return standing_; }
@@ -172,14 +174,25 @@ class VoxelVolume {
   // Whether what it meets is the back of surfaces.
   bool meetsBack(const glm::ivec3& voxel, const glm::vec3& direction) const;
 
-  // Radiance [W/m²/sr] of the side that a ray of this direction meets, as reflect() left it; black where dropped.
-  // `voxel` is occupied.
+  // Of voxels anywhere.
+  bool isOccupied(const glm::ivec3& voxel) const {
+    return grid_.holds(voxel) && (bits_[grid_.cellOf(voxel)] >> brickBit(voxel) & 1u) != 0;
+  }
+  // brickBit() of the sub-voxels of any voxel of the grid.
+  std::uint64_t subVoxelsIn(const glm::ivec3& voxel) const {
+    const std::uint64_t standing = standing_->subVoxels.in(grid_, voxel);
+    return moving_.occupied > 0 ? standing | moving_.subVoxels.in(grid_, voxel) : standing;
+  }
+
+  // Radiance [W/m²/sr] of the side that a ray of this direction meets, as reflect() left it; black where dropped: of an
+  // occupied voxel, and of what has a sub-voxel of any.
   glm::vec3 radianceAt(const glm::ivec3& voxel, const glm::vec3& direction) const {
     const bool moves = moving_.occupied > 0 && moving_.has(grid_, voxel);
-    const VoxelLayer& layer = moves ? moving_ : *standing_;
-    const std::uint32_t number = layer.numberOf(grid_, voxel);
-    if (number >= layer.kept) return glm::vec3(0.0f);
-    return radiance_[moves ? standing_->kept + number : number].of(isFront(layer.axis[number], direction) ? 0 : 1);
+    return radianceOf(moves, (moves ? moving_ : *standing_).numberOf(grid_, voxel), direction);
+  }
+  glm::vec3 radianceAt(const glm::ivec3& voxel, unsigned subVoxel, const glm::vec3& direction) const {
+    const bool moves = moving_.occupied > 0 && (moving_.subVoxels.in(grid_, voxel) >> subVoxel & 1u) != 0;
+    return radianceOf(moves, (moves ? moving_ : *standing_).numberBehind(grid_, voxel, subVoxel), direction);
   }
 
   // Change with every create() and edit(), and with every move(), to what no other volume of the process has or had but
@@ -206,6 +219,12 @@ class VoxelVolume {
   };
 
   VoxelVolume() = default;
+  // Of a layer's voxel.
+  glm::vec3 radianceOf(bool moves, std::uint32_t number, const glm::vec3& direction) const {
+    const VoxelLayer& layer = moves ? moving_ : *standing_;
+    if (number >= layer.kept) return glm::vec3(0.0f);
+    return radiance_[moves ? standing_->kept + number : number].of(isFront(layer.axis[number], direction) ? 0 : 1);
+  }
   template <class Read, class Visit>
   void forLayers(std::uint32_t begin, std::uint32_t end, const Visit& visit) const {
     std::uint32_t first = 0;  // of the layer's voxels
@@ -246,7 +265,7 @@ class VoxelVolume {
   std::shared_ptr<const VoxelLayer> standing_;  // which copies share
   VoxelLayer moving_;
   VoxelStats standingStats_, movingStats_;
-  std::vector<std::uint64_t> bits_;
+  std::vector<std::uint64_t> bits_, rayBits_;
   std::vector<PackedLight> direct_;
   std::vector<VoxelRadiance> radiance_;  // of standing voxels that are kept, then of moving ones
   std::uint64_t standingVersion_ = 0, movingVersion_ = 0;

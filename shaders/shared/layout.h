@@ -157,21 +157,23 @@
 #define RELUME_FILL_GROUP 64
 
 // Light without a bake (runtime/live_gl): storage buffers, texture units, rows of textures.
-#define RELUME_LIVE_SLOT_SIDES 0      // three vec4 a side: position [voxels], normal, emission; albedo in their w
-#define RELUME_LIVE_SLOT_STENCILS 1   // five words a side (live_stencils.comp)
-#define RELUME_LIVE_SLOT_VOXELS 2     // two words a voxel: 127 times its axis, 128 added; its place, 10 bits each
-#define RELUME_LIVE_SLOT_DIRECT 3     // vec4 a side: irradiance [W/m²]
-#define RELUME_LIVE_SLOT_SAMPLES 4    // four pairs of words a side: runtime/voxels/voxel_layer.h, SideSample
-#define RELUME_LIVE_SLOT_LIGHTS 5     // RelumeLight[]
-#define RELUME_LIVE_SLOT_NODES 1      // of a bake: packed radiosity of its nodes
-#define RELUME_LIVE_SLOT_SENDERS 4    // of a bake: live_bake.comp
-#define RELUME_LIVE_SLOT_CACHES 0     // gather: the voxel of each cache, 10 bits each
-#define RELUME_LIVE_SLOT_CARRY 0      // carry: the slot that each cache had before, ~0 = none
-#define RELUME_LIVE_SLOT_POSITIONS 0  // voxelise: floats, three a vertex
-#define RELUME_LIVE_SLOT_TRIANGLES 1  // voxelise: three vertices, then the part
-#define RELUME_LIVE_SLOT_PLACES 2     // voxelise: RelumePlace[]
-#define RELUME_LIVE_SLOT_LARGE 3      // voxelise: an indirect dispatch, and the triangles that it is for
-#define RELUME_LIVE_IMAGE_BRICKS 0    // voxelise, clear, raster (live_raster.glsl): image unit of the bits
+#define RELUME_LIVE_SLOT_SIDES 0       // three vec4 a side: position [voxels], normal, emission; albedo in their w
+#define RELUME_LIVE_SLOT_STENCILS 1    // five words a side (live_stencils.comp)
+#define RELUME_LIVE_SLOT_VOXELS 2      // two words a voxel: 127 times its axis, 128 added; its place, 10 bits each
+#define RELUME_LIVE_SLOT_DIRECT 3      // vec4 a side: irradiance [W/m²]
+#define RELUME_LIVE_SLOT_SAMPLES 4     // four pairs of words a side: runtime/voxels/voxel_layer.h, SideSample
+#define RELUME_LIVE_SLOT_LIGHTS 5      // RelumeLight[]
+#define RELUME_LIVE_SLOT_NODES 1       // of a bake: packed radiosity of its nodes
+#define RELUME_LIVE_SLOT_SENDERS 4     // of a bake: live_bake.comp
+#define RELUME_LIVE_SLOT_CACHES 0      // gather: the voxel of each cache, 10 bits each
+#define RELUME_LIVE_SLOT_RAY_CELLS 1   // gather: RelumeRayCell[]
+#define RELUME_LIVE_SLOT_SUB_VOXELS 2  // gather: two words a voxel that has sub-voxels, their bits
+#define RELUME_LIVE_SLOT_CARRY 0       // carry: the slot that each cache had before, ~0 = none
+#define RELUME_LIVE_SLOT_POSITIONS 0   // voxelise: floats, three a vertex
+#define RELUME_LIVE_SLOT_TRIANGLES 1   // voxelise: three vertices, then the part
+#define RELUME_LIVE_SLOT_PLACES 2      // voxelise: RelumePlace[]
+#define RELUME_LIVE_SLOT_LARGE 3       // voxelise: an indirect dispatch, and the triangles that it is for
+#define RELUME_LIVE_IMAGE_BRICKS 0     // voxelise, clear, raster (live_raster.glsl): image unit of the bits
 #define RELUME_LIVE_UNIT_CELLS 12
 #define RELUME_LIVE_UNIT_PLANES 13
 #define RELUME_LIVE_UNIT_LIGHT 14

@@ -37,6 +37,7 @@ TEST(VoxelVolume, sameBytesOnTwoThreads) {
   EXPECT_TRUE(sameBytes(one->standing().bits, two->standing().bits));
   EXPECT_TRUE(one->standing().sides == two->standing().sides);
   EXPECT_TRUE(sameBytes(one->standing().axis, two->standing().axis));
+  EXPECT_TRUE(one->standing().subVoxels == two->standing().subVoxels);
 }
 
 TEST(VoxelVolume, whatMovesIsVoxelisedAsWhatStands) {
@@ -95,6 +96,7 @@ void expectSame(const VoxelVolume& a, const VoxelVolume& b) {
   EXPECT_EQ(x.bits, y.bits);
   EXPECT_EQ(x.first, y.first);
   EXPECT_EQ(x.axis, y.axis);
+  EXPECT_TRUE(x.subVoxels == y.subVoxels);
   EXPECT_EQ(x.kept, y.kept);
   EXPECT_TRUE(x.sides == y.sides) << "bytes of the sides";
   ASSERT_EQ(x.emission.size(), y.emission.size());

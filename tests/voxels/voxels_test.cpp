@@ -39,37 +39,49 @@ std::vector<SnappedTriangle> snapped(const VolumeGrid& grid, const std::vector<g
   return out;
 }
 
-// The definition of thin voxels (Schwarz and Seidel 2010), in integers of 64 bits, over all voxels of the grid.
-std::set<std::uint32_t> oracle(const VolumeGrid& grid, const SnappedTriangle& t) {
+std::uint32_t indexIn(const glm::ivec3& size, const glm::ivec3& v) {
+  return static_cast<std::uint32_t>((v.z * size.y + v.y) * size.x + v.x);
+}
+
+// The definition of thin voxels (Schwarz and Seidel 2010), in integers of 64 bits, of all voxels of the grid that may
+// be in the triangle's bounds; or of sub-voxels. [steps of an edge, 1/64 voxel]
+std::set<std::uint32_t> oracle(const VolumeGrid& grid, const SnappedTriangle& t, int steps) {
   using I = glm::vec<3, std::int64_t>;
   const auto corner = [&](std::size_t i) { return I(t.corner[i][0], t.corner[i][1], t.corner[i][2]); };
   const I p = corner(1) - corner(0), q = corner(2) - corner(0);
   const I n(p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, p.x * q.y - p.y * q.x);
+  const std::int64_t half = steps / 2;
+  const glm::ivec3 size = kVoxelSteps / steps * grid.voxels();
   std::set<std::uint32_t> found;
-  for (int z = 0; z < grid.voxels().z; ++z) {
-    for (int y = 0; y < grid.voxels().y; ++y) {
-      for (int x = 0; x < grid.voxels().x; ++x) {
-        const I c = I(x, y, z) * std::int64_t{64} + std::int64_t{32};
+  glm::ivec3 begin, end;
+  for (int a = 0; a < 3; ++a) {
+    const auto [low, high] = std::minmax({corner(0)[a], corner(1)[a], corner(2)[a]});
+    begin[a] = std::clamp(static_cast<int>(low) / steps - 3, 0, size[a]);
+    end[a] = std::clamp(static_cast<int>(high) / steps + 3, 0, size[a]);
+  }
+  for (int z = begin.z; z < end.z; ++z) {
+    for (int y = begin.y; y < end.y; ++y) {
+      for (int x = begin.x; x < end.x; ++x) {
+        const I c = I(x, y, z) * std::int64_t{steps} + half;
         bool in = true;
         for (int a = 0; a < 3; ++a) {
           const std::int64_t low = std::min({corner(0)[a], corner(1)[a], corner(2)[a]}),
                              high = std::max({corner(0)[a], corner(1)[a], corner(2)[a]});
-          in = in && c[a] + 32 >= low && c[a] - 32 <= high;
+          in = in && c[a] + half >= low && c[a] - half <= high;
         }
         const std::int64_t most = std::max({std::abs(n.x), std::abs(n.y), std::abs(n.z)});
         const I d0 = c - corner(0);
-        in = in && std::abs(n.x * d0.x + n.y * d0.y + n.z * d0.z) <= 32 * most;
+        in = in && std::abs(n.x * d0.x + n.y * d0.y + n.z * d0.z) <= half * most;
         for (int a = 0; a < 3 && in; ++a) {
           const int u = (a + 1) % 3, v = (a + 2) % 3;
           for (std::size_t e = 0; e < 3; ++e) {
             const I d = corner((e + 1) % 3) - corner(e);
             const std::int64_t s = n[a] < 0 ? -1 : 1, eu = -s * d[v], ev = s * d[u];
-            in = in &&
-                 eu * (c[u] - corner(e)[u]) + ev * (c[v] - corner(e)[v]) + 32 * std::max(std::abs(eu), std::abs(ev)) >=
-                     0;
+            const std::int64_t reach = half * std::max(std::abs(eu), std::abs(ev));
+            in = in && eu * (c[u] - corner(e)[u]) + ev * (c[v] - corner(e)[v]) + reach >= 0;
           }
         }
-        if (in) found.insert(static_cast<std::uint32_t>((z * grid.voxels().y + y) * grid.voxels().x + x));
+        if (in) found.insert(indexIn(size, {x, y, z}));
       }
     }
   }
@@ -127,11 +139,17 @@ TEST(Voxelise, setsWhatTheDefinitionSets) {
     const glm::vec3 a(place(random), place(random), place(random));
     const auto other = [&] { return a + glm::vec3(size(random), i % 7 == 0 ? 0.0f : size(random), size(random)); };
     for (const SnappedTriangle& t : snapped(grid, {a, other(), other()})) {
-      std::set<std::uint32_t> found;
-      TriangleOverlap(t).visit(grid, [&](const glm::ivec3& v) {
-        EXPECT_TRUE(found.insert(static_cast<std::uint32_t>((v.z * 32 + v.y) * 32 + v.x)).second);
+      std::set<std::uint32_t> found, foundSub;
+      TriangleOverlap(t).visit(
+          grid, [&](const glm::ivec3& v) { EXPECT_TRUE(found.insert(indexIn(grid.voxels(), v)).second); });
+      ASSERT_EQ(found, oracle(grid, t, kVoxelSteps)) << "triangle " << i;
+      TriangleOverlap(t).visitSubVoxels(grid, [&](const glm::ivec3& v, std::uint64_t subVoxels) {
+        for (std::uint64_t rest = subVoxels; rest != 0; rest &= rest - 1) {
+          const glm::ivec3 at = 4 * v + voxelOfBit(std::countr_zero(rest));
+          EXPECT_TRUE(foundSub.insert(indexIn(4 * grid.voxels(), at)).second);
+        }
       });
-      ASSERT_EQ(found, oracle(grid, t)) << "triangle " << i;
+      ASSERT_EQ(foundSub, oracle(grid, t, kVoxelSteps / 4)) << "triangle " << i;
       ++checked;
     }
   }
@@ -202,14 +220,23 @@ TEST(March, neverPassesAClosedThinMesh) {
     const VolumeGrid grid = gridOf(i % 2 == 0 ? 16 : 32);
     const float side = static_cast<float>(grid.voxels().x);
     VoxelLayer layer;
-    voxelise(grid, snapped(grid, closedSurface(random, glm::vec3(0.5f * side + 0.13f), 0.45f * side)), {}, layer);
+    const auto mesh = snapped(grid, closedSurface(random, glm::vec3(0.5f * side + 0.13f), 0.45f * side));
+    voxelise(grid, mesh, {}, layer);
+    int passes = 0;
     for (int r = 0; r < 2000; ++r) {
       const glm::vec3 from =
           glm::vec3(0.5f * side + 0.2f) +
           0.1f * side * (glm::vec3(random() % 1000, random() % 1000, random() % 1000) / 1000.0f - 0.5f);
-      const MarchHit hit = VoxelMarch(grid, layer.bits.data(), from, unit(random)).first(1e9f);
+      const glm::vec3 direction = unit(random);
+      const MarchHit hit = VoxelMarch(grid, layer.bits.data(), from, direction).first(1e9f);
       ASSERT_TRUE(hit.found) << "mesh " << i << " ray " << r;
+      VoxelMarch finer(grid, layer.subVoxels.bits.data(), from, direction);
+      const MarchHit in = finer.first(1e9f, [&](const glm::ivec3& v) { return layer.subVoxels.in(grid, v); });
+      ASSERT_TRUE(in.found) << "mesh " << i << " ray " << r;
+      ASSERT_NE(layer.numberBehind(grid, in.voxel, in.subVoxel), kNoVoxel);
+      passes += in.voxel != hit.voxel ? 1 : 0;
     }
+    EXPECT_GT(passes, 0) << "rays that pass a voxel beside its surface";
   }
 }
 
@@ -251,6 +278,39 @@ TEST(March, crossesEmptyBricksAsVoxelByVoxel) {
     ++found;
   }
   EXPECT_GT(found, 1500);
+}
+
+// A voxel is a brick: what a ray meets in it is what a walk over all sub-voxels of the grid meets.
+TEST(March, meetsSubVoxelsAsAWalkOverThem) {
+  const VolumeGrid grid = gridOf(8);
+  VolumeGrid fine = grid;
+  fine.cells = 4 * grid.cells;
+  std::mt19937 random(7);
+  std::vector<std::uint64_t> bits(grid.cellCount(), 0), subBits(fine.cellCount(), 0);
+  const auto brickOf = [&](const glm::ivec3& v) -> std::uint64_t& { return subBits[fine.cellIndex(v)]; };
+  for (int i = 0; i < 4000; ++i) {
+    const glm::ivec3 v(random() % 32, random() % 32, random() % 32);
+    bits[grid.cellOf(v)] |= std::uint64_t{1} << brickBit(v);
+    brickOf(v) |= std::uint64_t{1} << random() % 64 | std::uint64_t{1} << random() % 64;
+  }
+  std::uniform_real_distribution<float> place(0.0f, 31.99f);
+  int found = 0, passed = 0;
+  for (int i = 0; i < 20000; ++i) {
+    glm::vec3 o(place(random), place(random), place(random)), d = unit(random);
+    if (i % 3 == 0) o = 0.25f * glm::floor(4.0f * o);                      // on corners of sub-voxels
+    if (i % 5 == 0) d = glm::normalize(glm::vec3(1, -1, i % 2 ? 1 : -1));  // through edges and corners
+    VoxelMarch march(grid, bits.data(), o, d);
+    const MarchHit a = march.first(1e9f, brickOf), b = plainWalk(fine, subBits, 4.0f * o, d);
+    ASSERT_EQ(a.found, b.found) << i;
+    if (!a.found) continue;
+    ASSERT_EQ(a.voxel, b.voxel / 4) << i;
+    ASSERT_EQ(a.subVoxel, brickBit(b.voxel)) << i;
+    const MarchHit whole = VoxelMarch(grid, bits.data(), o, d).first(1e9f);
+    passed += whole.voxel != a.voxel ? 1 : 0;
+    ++found;
+  }
+  EXPECT_GT(found, 5000);
+  EXPECT_GT(passed, 1000);
 }
 
 TEST(March, raysFromOutsideAndAlongAxes) {
