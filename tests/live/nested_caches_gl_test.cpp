@@ -271,13 +271,14 @@ TEST_F(NestedCachesOnGl, aWhiteFurnaceStaysBounded) {
   level.addBox({0, 0, 0}, {8, 2, 2}, true);
   NestedVolumes volumes = volumesOf(level, 3, 8, {4, 1, 1});
   LiveCachesGl gl = onGl(16);
-  const auto largestOf = [&] {
+  // Of what rays have met. Coefficients are sums of that, weighted by functions of at most 0.64.
+  const auto brightestOf = [&] {
     float most = 0.0f;
     for (std::size_t l = 0; l < volumes.size(); ++l) {
-      for (const float c : gl.coefficients(l)) {
-        EXPECT_TRUE(std::isfinite(c));
-        most = std::max(most, std::abs(c));
-      }
+      for (const float radiance : gl.brightest(l)) most = std::max(most, radiance);
+    }
+    for (std::size_t l = 0; l < volumes.size(); ++l) {
+      for (const float c : gl.coefficients(l)) EXPECT_LE(std::abs(c), 0.64f * 4.0f * 3.14159265f * most);
     }
     return most;
   };
@@ -286,8 +287,8 @@ TEST_F(NestedCachesOnGl, aWhiteFurnaceStaysBounded) {
     frame.raySet = f;
     ASSERT_TRUE(gl.update(volumes, frame));
   }
-  const float lit = largestOf();
-  EXPECT_GT(lit, 60.0f * std::sqrt(3.14159265f));
+  const float lit = brightestOf();
+  EXPECT_GT(lit, 30.0f);
   frame.emissionScale = glm::vec3(0.0f);
   for (std::uint32_t k = 0; k < 20; ++k) {
     ASSERT_TRUE(volumes.centre({4.0f + 3.5f * std::sin(0.8f * static_cast<float>(k)), 1, 1}));
@@ -295,7 +296,7 @@ TEST_F(NestedCachesOnGl, aWhiteFurnaceStaysBounded) {
       frame.raySet = 60 + 2 * k + f;
       ASSERT_TRUE(gl.update(volumes, frame));
     }
-    EXPECT_LT(largestOf(), 1.01f * lit) << k;
+    EXPECT_LE(brightestOf(), lit) << k;
   }
 }
 
