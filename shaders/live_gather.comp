@@ -55,18 +55,20 @@ uvec2 subVoxelsOf(uvec2 bits, uint first, uint bit) {
   return relumeLiveIsSet(bits, bit) ? subVoxels[first + relumeLiveCountBefore(bits, bit)] : uvec2(0u);
 }
 
-uvec2 standingSubVoxels(RayCell cell, uint bit) { return subVoxelsOf(cell.standing, cell.firstStanding, bit); }
-uvec2 movingSubVoxels(RayCell cell, uint bit) { return subVoxelsOf(cell.moving, cell.firstMoving, bit); }
+uvec2 movingSubVoxels(uint cell, uint bit) {
+  return subVoxelsOf(rayCells[cell].moving, rayCells[cell].firstMoving, bit);
+}
 
 // The bits of a brick or of a voxel's sub-voxels.
 uvec2 rayBrick(ivec3 cell) {
   uint index = rayCellIndex(cell);
-  return rayCells[index].standing | rayCells[index].moving;
+  uvec2 bits = rayCells[index].standing;
+  return relumeLiveMoves != 0u ? bits | rayCells[index].moving : bits;
 }
 uvec2 subVoxelsIn(ivec3 v) {
-  RayCell cell = rayCells[rayCellIndex(v >> 2)];
-  uint bit = relumeLiveBit(v);
-  return standingSubVoxels(cell, bit) | movingSubVoxels(cell, bit);
+  uint index = rayCellIndex(v >> 2), bit = relumeLiveBit(v);
+  uvec2 found = subVoxelsOf(rayCells[index].standing, rayCells[index].firstStanding, bit);
+  return relumeLiveMoves != 0u ? found | movingSubVoxels(index, bit) : found;
 }
 
 // Where the ray is along an axis when it leaves a brick along another at t: a guess, then as many crossings as come
@@ -210,7 +212,7 @@ vec3 radianceMet(ivec3 v, uint sub, vec3 way) {
     }
   }
   bool moves = relumeLiveMoves != 0u &&
-               relumeLiveIsSet(movingSubVoxels(rayCells[rayCellIndex(v >> 2)], relumeLiveBit(v)), sub);
+               relumeLiveIsSet(movingSubVoxels(rayCellIndex(v >> 2), relumeLiveBit(v)), sub);
   uint number = numberAt(moves, v);
   // Its own, or of the voxel beside its corner
   ivec3 at = ivec3(sub & 3u, sub >> 2 & 3u, sub >> 4);

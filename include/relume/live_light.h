@@ -48,8 +48,8 @@ struct LiveGlNames {
 struct LiveLightOptions {
   BackendKind backend = BackendKind::cpu;
   glm::vec3 boxMin{0.0f}, boxMax{0.0f};  // [m] where light is wanted; equal = the bounds of the parts
-  // [8..64] on the box's longest side; a cache in each that has surfaces near. A voxel is a quarter of a cell: what is
-  // thinner closes gaps beside it, and two surfaces in one voxel share its light.
+  // [8..64] on the box's longest side; a cache in each that has surfaces near. A voxel is a quarter of a cell, and
+  // rays end in quarters of a voxel: what is thinner closes gaps beside it. Surfaces in one voxel share its light.
   std::uint32_t cells = 32;
   // [1..4] volumes in one another: the outermost has the box, each other one cells half as large as the one around it,
   // as many along each axis as reach across the box, `cells` at most. Those follow the eye (centre()), and stay within

@@ -80,10 +80,15 @@ class TriangleOverlap {
         const int cu = subCentre(s[u]), cv = subCentre(s[v]);
         if (!isInside(a, cu, cv, kSubHalf)) continue;
         const int at = begin - sign * (normal_[u] * (cu - corner_[0][u]) + normal_[v] * (cv - corner_[0][v]));
-        const int k = at / step - (at % step < 0 ? 1 : 0);
-        for (s[a] = first[a] + (at % step == 0 ? k - 1 : k); s[a] <= std::min(first[a] + k, last[a]); ++s[a]) {
-          const int ca = subCentre(s[a]);
-          if (s[a] >= first[a] && isInside(u, cv, ca, kSubHalf) && isInside(v, ca, cu, kSubHalf)) add();
+        int low = first[a], high = last[a];
+        if (high - low > 3) {  // a division takes as long as a few tests
+          const int k = at / step - (at % step < 0 ? 1 : 0);
+          low = std::max(low, first[a] + k - 1);
+          high = std::min(high, first[a] + k);
+        }
+        for (s[a] = low; s[a] <= high; ++s[a]) {
+          const int ca = subCentre(s[a]), above = at - step * (s[a] - first[a]);
+          if (above >= 0 && above <= step && isInside(u, cv, ca, kSubHalf) && isInside(v, ca, cu, kSubHalf)) add();
         }
       }
     }

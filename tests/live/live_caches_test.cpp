@@ -77,6 +77,52 @@ TEST(LiveCaches, aThinWallKeepsTheDarkRoomDark) {
   }
 }
 
+// Floor, ceiling and walls go on beneath a wall that stands on them: voxels at its foot hold both sides' light.
+TEST(LiveCaches, theFootOfAWallIsLitFromItsOwnSide) {
+  for (const std::uint32_t cells : {8u, 13u, 16u}) {
+    for (const float thickness : {0.1f, 0.2f, 0.35f}) {
+      VoxelLevel level;
+      level.surfaces = {{glm::vec3(0.7f)}, {glm::vec3(0.7f), glm::vec3(5.0f)}};
+      level.addBox({0, 0, 0}, {8, 3, 4}, true);
+      level.addBox({4.0f - 0.5f * thickness, 0, 0}, {4.0f + 0.5f * thickness, 3, 4}, false);
+      level.addQuad({1, 2.9f, 1}, {1.5f, 2.9f, 1}, {1.5f, 2.9f, 3}, {1, 2.9f, 3}, 1);
+      VoxelVolume volume = volumeOf(level, coarse(cells));
+      LiveCaches live = light();
+      run(live, volume, {}, 15);
+      const float lit = live.irradiance({2.0f, 0, 2}, {0, 1, 0}).x;
+      EXPECT_GT(lit, 0.05f);
+      for (float x = 4.3f; x < 8.0f; x += 0.25f)
+        EXPECT_LE(live.irradiance({x, 0, 2}, {0, 1, 0}).x, 1e-3f * lit)
+            << cells << " cells, " << thickness << " m, " << x;
+    }
+  }
+}
+
+// A slit narrower than a voxel lets light through, in proportion to its width.
+TEST(LiveCaches, lightComesThroughWhatIsNarrowerThanAVoxel) {
+  const auto behind = [](float width) {
+    VoxelLevel level;
+    level.surfaces = {{glm::vec3(0.0f)}, {glm::vec3(0.0f), glm::vec3(5.0f)}};
+    level.addBox({0, 0, 0}, {8, 4, 4}, true);
+    level.addQuad({0.2f, 0, 0}, {0.2f, 4, 0}, {0.2f, 4, 4}, {0.2f, 0, 4}, 1);
+    const float low = 2.0f - 0.5f * width, high = 2.0f + 0.5f * width;
+    level.addBox({4.0f, 0, 0}, {4.05f, low, 4}, false);
+    level.addBox({4.0f, high, 0}, {4.05f, 4, 4}, false);
+    VoxelVolume volume = volumeOf(level, coarse(12));
+    LiveCaches live = light();
+    LiveFrame frame;
+    frame.keep = 0.95f;
+    run(live, volume, frame, 60);
+    float sum = 0.0f;
+    for (float y = 0.5f; y < 4.0f; y += 0.5f) sum += live.irradiance({7.9f, y, 2}, {-1, 0, 0}).x;
+    return sum;
+  };
+  const float voxel = 8.0f / 47.0f, wide = behind(2.0f * voxel), narrow = behind(0.75f * voxel);
+  EXPECT_EQ(behind(0.0f), 0.0f);
+  EXPECT_GT(narrow, 0.2f * wide);
+  EXPECT_LT(narrow, 0.6f * wide);
+}
+
 TEST(LiveCaches, sameBytesOnTwoThreads) {
   VoxelLevel level;
   level.surfaces = {{glm::vec3(0.5f)}, {glm::vec3(0.5f), glm::vec3(5.0f)}};
