@@ -12,7 +12,7 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kTrianglesOfChunk = 2048;
+constexpr std::uint32_t kTrianglesAtOnce = 2048;
 
 // What a chunk of triangles overlaps.
 class FoundSubVoxels {
@@ -66,15 +66,15 @@ std::uint32_t numberOf(const SubVoxels& all, std::size_t cell, std::uint64_t bit
 SubVoxels findSubVoxels(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles,
                         const ParallelFor& parallelFor) {
   const auto count = static_cast<std::uint32_t>(triangles.size());
-  std::vector<std::vector<FoundSubVoxels::Found>> chunks((count + kTrianglesOfChunk - 1) / kTrianglesOfChunk);
-  forChunks(parallelFor, count, kTrianglesOfChunk, [&](std::uint32_t begin, std::uint32_t end) {
+  std::vector<std::vector<FoundSubVoxels::Found>> chunks((count + kTrianglesAtOnce - 1) / kTrianglesAtOnce);
+  forChunks(parallelFor, count, kTrianglesAtOnce, [&](std::uint32_t begin, std::uint32_t end) {
     FoundSubVoxels found;
     for (std::uint32_t t = begin; t < end; ++t) {
       TriangleOverlap(triangles[t]).visitSubVoxels(grid, [&](const glm::ivec3& v, std::uint64_t subVoxels) {
         found.add(grid.cellOf(v), brickBit(v), subVoxels);
       });
     }
-    chunks[begin / kTrianglesOfChunk] = found.finish();
+    chunks[begin / kTrianglesAtOnce] = found.finish();
   });
   SubVoxels all;
   all.bits.assign(grid.cellCount(), 0);
