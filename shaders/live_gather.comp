@@ -13,13 +13,7 @@ layout(binding = RELUME_LIVE_UNIT_RAYS) uniform sampler2D relumeLiveRays;       
 layout(binding = RELUME_LIVE_UNIT_RADIANCE) uniform sampler2D relumeLiveRadiance;  // of live_reflect.comp
 layout(rgba32f, binding = 0) uniform image2D lightImage;
 layout(std430, binding = RELUME_LIVE_SLOT_CACHES) readonly buffer Caches { uint cacheVoxel[]; };
-// What rays meet of what stands and of what moves: bits of the voxels of a cell that have sub-voxels, and the number of
-// the first of them. Cells as in relumeLiveCells.
-struct RayCell {
-  uvec2 standing, moving;
-  uint firstStanding, firstMoving;
-};
-layout(std430, binding = RELUME_LIVE_SLOT_RAY_CELLS) readonly buffer RayCells { RayCell rayCells[]; };
+layout(std430, binding = RELUME_LIVE_SLOT_RAY_CELLS) readonly buffer RayCells { RelumeRayCell rayCells[]; };
 layout(std430, binding = RELUME_LIVE_SLOT_SUB_VOXELS) readonly buffer SubVoxels { uvec2 subVoxels[]; };
 
 uniform uint relumeLiveRayCount;

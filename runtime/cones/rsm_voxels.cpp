@@ -36,8 +36,8 @@ Error noMemoryForMaps() {
 
 // The voxel whose sides a cone reads: where both layers have it, of what moves. kNoVoxel where it is empty or dropped.
 std::uint32_t voxelAt(const VoxelVolume& volume, const glm::ivec3& v) {
+  if (!volume.isOccupied(v)) return kNoVoxel;
   const VolumeGrid& grid = volume.grid();
-  if (!grid.holds(v) || (volume.bits()[grid.cellOf(v)] >> brickBit(v) & 1u) == 0) return kNoVoxel;
   const bool moves = volume.moving().occupied > 0 && volume.moving().has(grid, v);
   const VoxelLayer& layer = moves ? volume.moving() : volume.standing();
   const std::uint32_t number = layer.numberOf(grid, v);

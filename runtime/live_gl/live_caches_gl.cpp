@@ -138,7 +138,7 @@ void LiveCachesGl::State::gather(std::size_t level, const LiveFrame& frame) {
   set(program, "relumeLiveRayCount", options.raysPerCell);
   set(program, "relumeLiveFirstCache", volume.at.firstCache);
   set(program, "relumeLiveKeep", frame.keep);
-  set(program, "relumeLiveRow", volumes.rowCells());
+  set(program, "relumeLiveRow", glm::uvec2(volumes.cells().size()));
   if (level == 0) {
     gl::setGrid(gl_, program.get(), volume.cells.grid, volume.cells.grid.voxel);
     set(program, "relumeLiveMoves", volume.moves ? 1u : 0u);

@@ -80,6 +80,8 @@ class CellTexture {
   void writeLayers(const glm::ivec3& cells, int layer, const void* words);
   void bind(GLuint unit) const;
   GLuint name() const { return texture_.get(); }
+  const glm::ivec3& size() const { return size_; }
+  std::size_t count() const { return cells_; }
   std::size_t bytes() const { return kWords.bytes * cells_; }
 
  private:

@@ -32,12 +32,9 @@ std::uint32_t subVoxelsOf(const VoxelVolume& volume) {
   return static_cast<std::uint32_t>(volume.standing().subVoxels.of.size() + volume.moving().subVoxels.of.size());
 }
 
-// As live_gather.comp has it.
-struct RayCell {
-  std::uint64_t standing, moving;
-  std::uint32_t firstStanding, firstMoving;
-};
-static_assert(sizeof(RayCell) == 24);
+glm::uvec2 wordsOf(std::uint64_t bits) {
+  return {static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(bits >> 32)};
+}
 
 }  // namespace
 
@@ -181,9 +178,7 @@ void NestedVolumesGl::write(std::size_t level, const VoxelVolume& volume) {
   if (!to.moves) return;
   const VoxelLayer& moving = volume.moving();
   for (std::size_t c = 0; c < texels.size(); ++c) {
-    const std::uint64_t bits = moving.bits[c];
-    texels[c] = {static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(bits >> 32),
-                 to.at.firstVoxel + volume.standing().kept + moving.first[c], 0};
+    texels[c] = glm::uvec4(wordsOf(moving.bits[c]), to.at.firstVoxel + volume.standing().kept + moving.first[c], 0);
   }
   moving_.writeLayers(cells.grid.cells, to.at.layer, texels.data());
 }
@@ -193,17 +188,18 @@ void NestedVolumesGl::writeRayCells(const FollowedVolume& to, const VoxelVolume&
   const auto firstMoving = static_cast<std::uint32_t>(to.at.firstSubVoxels + standing.of.size());
   subVoxels_.write(8 * std::size_t{to.at.firstSubVoxels}, bytesOf(standing.of));
   subVoxels_.write(8 * std::size_t{firstMoving}, bytesOf(moving.of));
-  const glm::uvec3 cells(volume.grid().cells), row(rowCells_, 0);
-  std::vector<RayCell> layer(std::size_t{row.x} * row.y);
+  const glm::uvec3 cells(volume.grid().cells), row(cells_.size());
+  std::vector<RelumeRayCell> layer(std::size_t{row.x} * row.y);
   for (std::uint32_t z = 0; z < cells.z; ++z) {
     for (std::uint32_t y = 0; y < cells.y; ++y) {
       for (std::uint32_t x = 0; x < cells.x; ++x) {
         const std::uint32_t c = (z * cells.y + y) * cells.x + x;
-        layer[y * row.x + x] = {standing.bits[c], moving.bits[c], to.at.firstSubVoxels + standing.first[c],
-                                firstMoving + moving.first[c]};
+        layer[y * row.x + x] = {wordsOf(standing.bits[c]), wordsOf(moving.bits[c]),
+                                to.at.firstSubVoxels + standing.first[c], firstMoving + moving.first[c]};
       }
     }
-    rayCells_.write(sizeof(RayCell) * layer.size() * (static_cast<std::uint32_t>(to.at.layer) + z), bytesOf(layer));
+    rayCells_.write(sizeof(RelumeRayCell) * layer.size() * (static_cast<std::uint32_t>(to.at.layer) + z),
+                    bytesOf(layer));
   }
 }
 
@@ -251,10 +247,7 @@ Status NestedVolumesGl::follow(std::span<const VoxelVolume> volumes) {
   moving_.reserve(all);
   isElsewhere = planes_.reserve(rowsOf(voxels, RELUME_LIVE_PLANES_A_ROW)) || isElsewhere;
   isElsewhere = cacheVoxels_.reserve(4 * from.size()) || isElsewhere;
-  const glm::uvec2 row(all.x, all.y);
-  isElsewhere = row != std::exchange(rowCells_, row) || isElsewhere;
-  isElsewhere =
-      rayCells_.reserve(sizeof(RayCell) * std::size_t{row.x} * row.y * static_cast<std::size_t>(all.z)) || isElsewhere;
+  isElsewhere = rayCells_.reserve(sizeof(RelumeRayCell) * cells_.count()) || isElsewhere;
   isElsewhere =
       subVoxels_.reserve(8 * (std::size_t{places.back().firstSubVoxels} + next.back().subVoxels)) || isElsewhere;
   const std::size_t sides = 2 * std::size_t{places.back().firstVoxel} + volumes.back().sideCount();

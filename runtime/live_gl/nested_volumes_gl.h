@@ -88,10 +88,9 @@ class NestedVolumesGl {
   const GrowingRows& light() const { return light_; }    // of all caches (lib/live_read.glsl)
   GrowingRows& light() { return light_; }
   const GrowingBuffer& cacheVoxels() const { return cacheVoxels_; }  // where they stand, packVoxel()
-  // What rays meet: cells as in cells(), in rows of so many, and sub-voxels (live_gather.comp).
+  // What rays meet: RelumeRayCell of each of cells(), x fastest, and sub-voxels.
   const GrowingBuffer& rayCells() const { return rayCells_; }
   const GrowingBuffer& subVoxels() const { return subVoxels_; }
-  const glm::uvec2& rowCells() const { return rowCells_; }
   std::vector<std::pair<std::string, std::size_t>> bufferSizes() const;
 
  private:
@@ -112,7 +111,6 @@ class NestedVolumesGl {
   CellTexture cells_, moving_;
   GrowingRows planes_, light_, otherLight_;
   GrowingBuffer cacheVoxels_, rayCells_, subVoxels_, carried_;
-  glm::uvec2 rowCells_{1};
   bool hasSky_ = false, lostRadiance_ = false;
 };
 

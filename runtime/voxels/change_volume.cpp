@@ -90,11 +90,11 @@ Status VoxelVolume::fill(const VolumeGrid& grid, bool moves, const std::vector<P
 
 namespace {
 
-// Around all voxels that are set in either, and a voxel more: triangles on the face of a voxel overlap both.
-SnapBox boxAround(const VolumeGrid& grid, std::span<const std::uint64_t> bits, std::span<const std::uint64_t> others) {
+// Around all voxels that are set, and a voxel more: triangles on the face of a voxel overlap both.
+SnapBox boxAround(const VolumeGrid& grid, const std::vector<std::uint64_t>& bits) {
   glm::ivec3 low = grid.cells, high(-1);
   for (std::uint32_t c = 0; c < bits.size(); ++c) {
-    if ((bits[c] | others[c]) == 0) continue;
+    if (bits[c] == 0) continue;
     low = glm::min(low, grid.cellAt(c));
     high = glm::max(high, grid.cellAt(c));
   }
@@ -126,15 +126,15 @@ Status VoxelVolume::refill(const std::vector<Part>& parts, std::span<const PartE
   if (2 * std::max(before.size(), after.size()) > stats.triangles || stats.triangles > kMaxSnapped)
     return fill(grid_, false, parts, layer, stats);
   std::vector<std::uint64_t> dirty(grid_.cellCount(), 0);
-  addBits(grid_, before, parallelFor_, dirty);
-  addBits(grid_, after, parallelFor_, dirty);
-  std::vector<std::uint64_t> dirtySub = findSubVoxels(grid_, before, parallelFor_).bits;
-  const std::vector<std::uint64_t> afterSub = findSubVoxels(grid_, after, parallelFor_).bits;
-  for (std::size_t c = 0; c < dirtySub.size(); ++c) dirtySub[c] |= afterSub[c];
+  for (const std::vector<SnappedTriangle>* triangles : {&before, &after}) {
+    addBits(grid_, *triangles, parallelFor_, dirty);
+    const SubVoxels found = findSubVoxels(grid_, *triangles, parallelFor_);
+    for (std::size_t c = 0; c < dirty.size(); ++c) dirty[c] |= found.bits[c];
+  }
   const auto stands = [&](std::uint32_t p) { return !parts[p].part.moves; };
-  if (Status ok = snapParts(grid_, parts, boxAround(grid_, dirty, dirtySub), stands, around, counted); !ok) return ok;
+  if (Status ok = snapParts(grid_, parts, boxAround(grid_, dirty), stands, around, counted); !ok) return ok;
   layer = *standing_;
-  if (!patchSides(grid_, dirty, dirtySub, around, geometry_->surfaces, budget(), parallelFor_, layer))
+  if (!patchSides(grid_, dirty, around, geometry_->surfaces, budget(), parallelFor_, layer))
     return fill(grid_, false, parts, layer, stats);
   stats.occupied = layer.occupied;
   stats.dropped = 0;
@@ -234,8 +234,8 @@ Status VoxelVolume::fillMoved(const VolumeGrid& from, const VolumeGrid& to, Voxe
   std::vector<SnappedTriangle> around;
   VoxelStats counted;
   const auto stands = [&](std::uint32_t p) { return !parts_[p].part.moves; };
-  if (Status ok = snapParts(to, parts_, boxAround(to, uncovered, uncovered), stands, around, counted); !ok) return ok;
-  if (!patchSides(to, uncovered, uncovered, around, geometry_->surfaces, budget(), parallelFor_, moved))
+  if (Status ok = snapParts(to, parts_, boxAround(to, uncovered), stands, around, counted); !ok) return ok;
+  if (!patchSides(to, uncovered, around, geometry_->surfaces, budget(), parallelFor_, moved))
     return fill(to, false, parts_, layer, stats);
   layer = std::move(moved);
   stats.occupied = layer.occupied;

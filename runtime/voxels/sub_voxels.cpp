@@ -46,15 +46,7 @@ class FoundSubVoxels {
 };
 
 // Number what `bits` has; none has sub-voxels as yet.
-void number(SubVoxels& all) {
-  all.first.resize(all.bits.size());
-  std::uint32_t count = 0;
-  for (std::size_t c = 0; c < all.bits.size(); ++c) {
-    all.first[c] = count;
-    count += static_cast<std::uint32_t>(std::popcount(all.bits[c]));
-  }
-  all.of.assign(count, 0);
-}
+void number(SubVoxels& all) { all.of.assign(numberBits(all.bits, all.first), 0); }
 
 // Of the voxel of this bit.
 std::uint32_t numberOf(const SubVoxels& all, std::size_t cell, std::uint64_t bit) {
@@ -91,11 +83,7 @@ SubVoxels findSubVoxels(const VolumeGrid& grid, std::span<const SnappedTriangle>
 
 SubVoxels SubVoxels::moved(const VolumeGrid& to, const glm::ivec3& by) const {
   SubVoxels moved;
-  moved.bits.assign(bits.size(), 0);
-  for (std::uint32_t c = 0; c < bits.size(); ++c) {
-    const glm::ivec3 from = to.cellAt(c) + by;
-    if (to.holdsCell(from)) moved.bits[c] = bits[to.cellIndex(from)];
-  }
+  moved.bits = movedBits(bits, to, by);
   number(moved);
   for (std::uint32_t c = 0; c < bits.size(); ++c) {
     if (moved.bits[c] != 0)

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace relume {
 
@@ -89,6 +90,28 @@ inline glm::ivec3 voxelOfBit(int bit) { return {bit & 3, bit >> 2 & 3, bit >> 4}
 // How many voxels of a brick come before one.
 inline std::uint32_t countBefore(std::uint64_t brick, const glm::ivec3& v) {
   return static_cast<std::uint32_t>(std::popcount(brick & ((std::uint64_t{1} << brickBit(v)) - 1)));
+}
+
+// How many voxels have a bit, and each cell's first of them counted through.
+inline std::uint32_t numberBits(const std::vector<std::uint64_t>& bits, std::vector<std::uint32_t>& first) {
+  first.resize(bits.size());
+  std::uint32_t count = 0;
+  for (std::size_t c = 0; c < bits.size(); ++c) {
+    first[c] = count;
+    count += static_cast<std::uint32_t>(std::popcount(bits[c]));
+  }
+  return count;
+}
+
+// Bits in a grid that begins so many cells farther on: of the cells that both grids have, others are empty.
+inline std::vector<std::uint64_t> movedBits(const std::vector<std::uint64_t>& bits, const VolumeGrid& to,
+                                            const glm::ivec3& by) {
+  std::vector<std::uint64_t> moved(bits.size(), 0);
+  for (std::uint32_t c = 0; c < bits.size(); ++c) {
+    const glm::ivec3 from = to.cellAt(c) + by;
+    if (to.holdsCell(from)) moved[c] = bits[to.cellIndex(from)];
+  }
+  return moved;
 }
 
 // The grid over a box with so many cells on its longest side. The box is widened by half a voxel all around, so that

@@ -194,12 +194,7 @@ float areaOf(const VolumeGrid& grid, const SideSums& sums) {  // [m²]
 
 // Number the occupied voxels of a layer's bits; none has sides as yet.
 void number(VoxelLayer& layer) {
-  layer.first.resize(layer.bits.size());
-  layer.occupied = 0;
-  for (std::size_t c = 0; c < layer.bits.size(); ++c) {
-    layer.first[c] = layer.occupied;
-    layer.occupied += static_cast<std::uint32_t>(std::popcount(layer.bits[c]));
-  }
+  layer.occupied = numberBits(layer.bits, layer.first);
   layer.kept = 0;
   layer.axis.clear();
   layer.sides = PackedSides();
@@ -238,11 +233,7 @@ void voxelise(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles
 
 VoxelLayer moveLayer(const VoxelLayer& layer, const VolumeGrid& to, const glm::ivec3& by) {
   VoxelLayer moved;
-  moved.bits.assign(layer.bits.size(), 0);
-  for (std::uint32_t c = 0; c < moved.bits.size(); ++c) {
-    const glm::ivec3 from = to.cellAt(c) + by;
-    if (to.holdsCell(from)) moved.bits[c] = layer.bits[to.cellIndex(from)];
-  }
+  moved.bits = movedBits(layer.bits, to, by);
   number(moved);
   moved.subVoxels = layer.subVoxels.moved(to, by);
   makeRoom(moved, moved.occupied);
@@ -344,7 +335,7 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
   }
 }
 
-bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty, std::span<const std::uint64_t> dirtySub,
+bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty,
                 std::span<const SnappedTriangle> triangles, const SummedSurfaces& surfaces, std::uint32_t budget,
                 const ParallelFor& parallelFor, VoxelLayer& layer) {
   VoxelLayer patch, made;
@@ -359,7 +350,7 @@ bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty, st
   number(made);
   if (std::max(layer.occupied, made.occupied) > budget) return false;
   fillSides(grid, triangles, surfaces, budget, parallelFor, patch);
-  made.subVoxels = layer.subVoxels.patched(dirtySub, findSubVoxels(grid, triangles, parallelFor));
+  made.subVoxels = layer.subVoxels.patched(dirty, findSubVoxels(grid, triangles, parallelFor));
   makeRoom(made, made.occupied);
   made.sides = PackedSides(grid.voxel * grid.voxel);
   std::vector<PackedSides::Source> sources;

@@ -146,11 +146,10 @@ VoxelLayer moveLayer(const VoxelLayer& layer, const VolumeGrid& to, const glm::i
 void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, const SummedSurfaces& surfaces,
                std::uint32_t budget, const ParallelFor& parallelFor, VoxelLayer& layer);
 
-// The same layer but for the voxels of `dirty`, whose bits and sides are found anew, and those of `dirtySub`, whose
-// sub-voxels are. triangles: at least all that overlap such a voxel, in the order in which the whole layer has them.
-// False, and nothing is changed, where the layer has or would have more voxels than the budget keeps. [Size dirty:
-// cells]
-bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty, std::span<const std::uint64_t> dirtySub,
+// The same layer but for the voxels of `dirty`, whose bits, sides and sub-voxels are found anew. triangles: at least
+// all that overlap such a voxel, in the order in which the whole layer has them. False, and nothing is changed, where
+// the layer has or would have more voxels than the budget keeps. [Size dirty: cells]
+bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty,
                 std::span<const SnappedTriangle> triangles, const SummedSurfaces& surfaces, std::uint32_t budget,
                 const ParallelFor& parallelFor, VoxelLayer& layer);
 

@@ -166,7 +166,7 @@
 #define RELUME_LIVE_SLOT_NODES 1       // of a bake: packed radiosity of its nodes
 #define RELUME_LIVE_SLOT_SENDERS 4     // of a bake: live_bake.comp
 #define RELUME_LIVE_SLOT_CACHES 0      // gather: the voxel of each cache, 10 bits each
-#define RELUME_LIVE_SLOT_RAY_CELLS 1   // gather: RelumeRayCell[]
+#define RELUME_LIVE_SLOT_RAY_CELLS 1   // gather: RelumeRayCell[], cells as in the texture of bits
 #define RELUME_LIVE_SLOT_SUB_VOXELS 2  // gather: two words a voxel that has sub-voxels, their bits
 #define RELUME_LIVE_SLOT_CARRY 0       // carry: the slot that each cache had before, ~0 = none
 #define RELUME_LIVE_SLOT_POSITIONS 0   // voxelise: floats, three a vertex
@@ -293,6 +293,13 @@ struct RelumePlace {
   int exponent;   // of the factors
   int mirrored;   // 1 = it is
   int unused, unused2, unused3;
+};
+
+// std430. What rays meet of a cell, of what stands and of what moves: bits of the voxels that have sub-voxels
+// (runtime/voxels/sub_voxels.h), and the number of the first of them.
+struct RelumeRayCell {
+  uvec2 standing, moving;
+  uint firstStanding, firstMoving;
 };
 
 // std430. A voxel that reflective shadow maps light (runtime/cones/rsm_voxels.h). Of its front and its back the side
@@ -482,6 +489,7 @@ static_assert(sizeof(RelumeEmitter) == 32 && offsetof(RelumeEmitter, tap) == 16)
 static_assert(sizeof(RelumeLight) == 48 && offsetof(RelumeLight, direction) == 16 &&
               offsetof(RelumeLight, intensity) == 32);
 static_assert(sizeof(RelumeRsmVoxel) == 48 && offsetof(RelumeRsmVoxel, frontLight) == 16);
+static_assert(sizeof(RelumeRayCell) == 24);
 static_assert(sizeof(RelumePlace) == 80 && offsetof(RelumePlace, high) == 48);
 static_assert(sizeof(RelumeResolve) == 96 && offsetof(RelumeResolve, gridTextureResolution) == 80 &&
               offsetof(RelumeResolve, gridDepthWords) == 48 && offsetof(RelumeResolve, gridSpacing) == 16 &&
