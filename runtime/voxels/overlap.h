@@ -29,22 +29,21 @@ namespace relume {
 class TriangleOverlap {
  public:
   explicit TriangleOverlap(const SnappedTriangle& t) {
-    for (std::size_t c = 0; c < 3; ++c) corner_[c] = {t.corner[c][0], t.corner[c][1], t.corner[c][2]};
-    const glm::ivec3 a = corner_[1] - corner_[0], b = corner_[2] - corner_[0];
-    normal_ = {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-    const glm::ivec3 size = glm::abs(normal_);
+    const auto edgeTo = [&t](std::size_t i) {
+      return glm::ivec3(t.corner[i][0] - t.corner[0][0], t.corner[i][1] - t.corner[0][1],
+                        t.corner[i][2] - t.corner[0][2]);
+    };
+    const glm::ivec3 a = edgeTo(1), b = edgeTo(2),
+                     normal(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x),
+                     size = glm::abs(normal);
     steepest_ = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    for (int axis = 0; axis < 3; ++axis) {
-      const int u = (axis + 1) % 3, v = (axis + 2) % 3, sign = normal_[axis] < 0 ? -1 : 1;
-      for (int i = 0; i < 3; ++i) {
-        const glm::ivec3 &from = corner_[static_cast<std::size_t>(i)],
-                         edge = corner_[static_cast<std::size_t>((i + 1) % 3)] - from;
-        Edge& e = edge_[static_cast<std::size_t>(3 * axis + i)];
-        e.u = -sign * edge[v];
-        e.v = sign * edge[u];
-        e.offset = -e.u * from[u] - e.v * from[v];
-        e.longest = std::max(std::abs(e.u), std::abs(e.v));
-      }
+    normal_ = turned(normal);
+    for (std::size_t c = 0; c < 3; ++c) corner_[c] = turned({t.corner[c][0], t.corner[c][1], t.corner[c][2]});
+    for (std::size_t c = 0; c < 3; ++c) {
+      const glm::ivec3 &from = corner_[c], edge = corner_[(c + 1) % 3] - from;
+      along_[0][c] = {from.y, from.z, edge.y, edge.z, normal_.x < 0};
+      along_[1][c] = {from.z, from.x, edge.z, edge.x, normal_.y < 0};
+      along_[2][c] = {from.x, from.y, edge.x, edge.y, normal_.z < 0};
     }
   }
 
@@ -61,116 +60,124 @@ class TriangleOverlap {
   // visit(voxel, brickBit() of sub-voxels that are overlapped), within the grid; a voxel may come several times.
   template <class Visit>
   void visitSubVoxels(const VolumeGrid& grid, const Visit& visit) const {
-    const auto [first, last] = boundsIn(kSubShift, glm::ivec3(0), kBrickSide * grid.voxels() - 1);
-    const int a = steepest_, u = (a + 1) % 3, v = (a + 2) % 3, sign = normal_[a] < 0 ? -1 : 1;
-    const int step = kSubSteps * std::abs(normal_[a]),
-              begin = std::abs(normal_[a]) * (corner_[0][a] - kSubSteps * first[a]);
-    glm::ivec3 s, voxel(-1);
+    glm::ivec3 voxel(-1);
     std::uint64_t found = 0;
-    const auto add = [&] {
+    visitEach<kSubShift>(glm::ivec3(0), kBrickSide * grid.voxels() - 1, [&](const glm::ivec3& s) {
       if ((s >> 2) != voxel) {
         if (found != 0) visit(voxel, found);
         voxel = s >> 2;
         found = 0;
       }
       found |= std::uint64_t{1} << brickBit(s);
-    };
-    for (s[v] = first[v]; s[v] <= last[v]; ++s[v]) {
-      for (s[u] = first[u]; s[u] <= last[u]; ++s[u]) {
-        const int cu = subCentre(s[u]), cv = subCentre(s[v]);
-        if (!isInside(a, cu, cv, kSubHalf)) continue;
-        const int at = begin - sign * (normal_[u] * (cu - corner_[0][u]) + normal_[v] * (cv - corner_[0][v]));
-        int low = first[a], high = last[a];
-        if (high - low > 3) {  // a division takes as long as a few tests
-          const int k = at / step - (at % step < 0 ? 1 : 0);
-          low = std::max(low, first[a] + k - 1);
-          high = std::min(high, first[a] + k);
-        }
-        for (s[a] = low; s[a] <= high; ++s[a]) {
-          const int ca = subCentre(s[a]), above = at - step * (s[a] - first[a]);
-          if (above >= 0 && above <= step && isInside(u, cv, ca, kSubHalf) && isInside(v, ca, cu, kSubHalf)) add();
-        }
-      }
-    }
+    });
     if (found != 0) visit(voxel, found);
   }
 
   // How many of sixteen places, spread over the voxel as seen along the normal's longest axis, the triangle covers
   // within the voxel: its share of the triangle's area.
   std::uint32_t covered(const glm::ivec3& voxel) const {
-    const int axis = steepest_, u = (axis + 1) % 3, v = (axis + 2) % 3, reach = this->reach();
     constexpr int kQuarter = kVoxelSteps / 4;
-    std::uint32_t count = 0;
-    glm::ivec3 p;
-    p[axis] = centre(voxel[axis]);
-    for (int i = 0; i < 16; ++i) {
-      p[u] = voxel[u] * kVoxelSteps + kQuarter / 2 + (i & 3) * kQuarter;
-      p[v] = voxel[v] * kVoxelSteps + kQuarter / 2 + (i >> 2) * kQuarter;
-      bool in = true;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Edge& e = edge_[3 * static_cast<std::size_t>(axis) + k];
-        const int inside = e.u * p[u] + e.v * p[v] + e.offset;
-        // A place on the edge of two triangles is one's alone.
-        in = in && (inside > 0 || (inside == 0 && (e.u > 0 || (e.u == 0 && e.v > 0))));
-      }
-      const glm::ivec3 d = p - corner_[0];
-      const int depth = normal_.x * d.x + normal_.y * d.y + normal_.z * d.z;
-      if (in && depth >= -reach && depth < reach) ++count;
+    const glm::ivec3 first =  // place
+        turned(voxel) * kVoxelSteps + glm::ivec3(kQuarter / 2, kQuarter / 2, kVoxelSteps / 2);
+    // Five sums that are linear in the place: it is covered where none is negative.
+    std::array<int, 5> at, alongU, alongV;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Edge& e = along_[2][k];
+      // A place on the edge of two triangles is one's alone.
+      const bool owns = e.u > 0 || (e.u == 0 && e.v > 0);
+      at[k] = e.u * first.x + e.v * first.y + e.offset - (owns ? 0 : 1);
+      alongU[k] = kQuarter * e.u;
+      alongV[k] = kQuarter * e.v;
     }
-    return count;
+    const glm::ivec3 d = first - corner_[0];
+    const int depth = normal_.x * d.x + normal_.y * d.y + normal_.z * d.z,
+              reach = kVoxelSteps / 2 * std::abs(normal_.z);
+    at[3] = depth + reach;
+    at[4] = reach - 1 - depth;
+    alongU[3] = kQuarter * normal_.x;
+    alongU[4] = -alongU[3];
+    alongV[3] = kQuarter * normal_.y;
+    alongV[4] = -alongV[3];
+    std::array<int, 4> uncovered{};
+    for (int j = 0; j < 4; ++j) {
+      for (std::size_t i = 0; i < 4; ++i) {
+        int anyNegative = 0;
+        for (std::size_t k = 0; k < 5; ++k) anyNegative |= at[k] + static_cast<int>(i) * alongU[k];
+        uncovered[i] += anyNegative < 0 ? 1 : 0;
+      }
+      for (std::size_t k = 0; k < 5; ++k) at[k] += alongV[k];
+    }
+    return 16 - static_cast<std::uint32_t>(uncovered[0] + uncovered[1] + uncovered[2] + uncovered[3]);
   }
 
  private:
-  static constexpr int kHalf = kVoxelSteps / 2, kSubSteps = 1 << kSubShift, kSubHalf = kSubSteps / 2;
+  // Of an edge in a projection along an axis: u p_u + v p_v + offset >= 0 inside.
   struct Edge {
+    Edge() = default;
+    Edge(int fromU, int fromV, int edgeU, int edgeV, bool isTurned)
+        : u(isTurned ? edgeV : -edgeV),
+          v(isTurned ? -edgeU : edgeU),
+          offset(-u * fromU - v * fromV),
+          longest(std::max(std::abs(u), std::abs(v))) {}
     int u = 0, v = 0, offset = 0, longest = 0;  // longest: the larger of |u| and |v|
   };
-  static int centre(int voxel) { return voxel * kVoxelSteps + kHalf; }
-  static int subCentre(int sub) { return sub * kSubSteps + kSubHalf; }
-  int reach() const { return kHalf * std::abs(normal_[steepest_]); }
-  // What the triangle's bounds touch of voxels, or of sub-voxels, within [lowest, highest].
-  std::pair<glm::ivec3, glm::ivec3> boundsIn(int shift, const glm::ivec3& lowest, const glm::ivec3& highest) const {
-    glm::ivec3 first, last;
-    for (int k = 0; k < 3; ++k) {
-      const int low = std::min({corner_[0][k], corner_[1][k], corner_[2][k]}),
-                high = std::max({corner_[0][k], corner_[1][k], corner_[2][k]});
-      first[k] = std::max((low - 1) >> shift, lowest[k]);
-      last[k] = std::min(high >> shift, highest[k]);
-    }
-    return {first, last};
+  using Edges = std::array<Edge, 3>;
+
+  // Axes in another order, as if turned: the steepest one is z.
+  glm::ivec3 turned(const glm::ivec3& v) const {
+    return steepest_ == 0 ? glm::ivec3(v.y, v.z, v.x) : steepest_ == 1 ? glm::ivec3(v.z, v.x, v.y) : v;
   }
-  template <class Visit>
-  void visitWithin(const glm::ivec3& lowest, const glm::ivec3& highest, const Visit& visit) const {
-    const auto [first, last] = boundsIn(kVoxelShift, lowest, highest);
-    const int reach = this->reach();
-    glm::ivec3 v;
-    for (v.z = first.z; v.z <= last.z; ++v.z) {
-      for (v.y = first.y; v.y <= last.y; ++v.y) {
-        const int cy = centre(v.y), cz = centre(v.z);
-        if (!isInside(0, cy, cz, kHalf)) continue;
-        for (v.x = first.x; v.x <= last.x; ++v.x) {
-          const int cx = centre(v.x);
-          const glm::ivec3 d = glm::ivec3(cx, cy, cz) - corner_[0];
-          if (std::abs(normal_.x * d.x + normal_.y * d.y + normal_.z * d.z) <= reach && isInside(1, cz, cx, kHalf) &&
-              isInside(2, cx, cy, kHalf))
-            visit(v);
-        }
-      }
-    }
+  glm::ivec3 turnedBack(const glm::ivec3& v) const {
+    return steepest_ == 0 ? glm::ivec3(v.z, v.x, v.y) : steepest_ == 1 ? glm::ivec3(v.y, v.z, v.x) : v;
   }
-  // Of the projection along an axis. half: an edge of what has its middle there, halved.
-  bool isInside(int axis, int cu, int cv, int half) const {
-    for (int i = 3 * axis; i < 3 * axis + 3; ++i) {
-      const Edge& e = edge_[static_cast<std::size_t>(i)];
+  // half: an edge of what has its middle there, halved.
+  static bool isInside(const Edges& edges, int cu, int cv, int half) {
+    for (const Edge& e : edges) {
       if (e.u * cu + e.v * cv + e.offset + half * e.longest < 0) return false;
     }
     return true;
   }
 
+  template <class Visit>
+  void visitWithin(const glm::ivec3& lowest, const glm::ivec3& highest, const Visit& visit) const {
+    visitEach<kVoxelShift>(lowest, highest, visit);
+  }
+  // visit(cube) for each cube of 1 << kShift steps within [lowest, highest] that is overlapped.
+  template <int kShift, class Visit>
+  void visitEach(const glm::ivec3& lowest, const glm::ivec3& highest, const Visit& visit) const {
+    constexpr int kSteps = 1 << kShift, kHalf = kSteps / 2;
+    const glm::ivec3 first =
+        glm::max((glm::min(corner_[0], glm::min(corner_[1], corner_[2])) - 1) >> kShift, turned(lowest));
+    const glm::ivec3 last = glm::min(glm::max(corner_[0], glm::max(corner_[1], corner_[2])) >> kShift, turned(highest));
+    const int sign = normal_.z < 0 ? -1 : 1, step = kSteps * std::abs(normal_.z),
+              begin = std::abs(normal_.z) * (corner_[0].z - kSteps * first.z);
+    glm::ivec3 s;
+    for (s.y = first.y; s.y <= last.y; ++s.y) {
+      const int cv = s.y * kSteps + kHalf;
+      for (s.x = first.x; s.x <= last.x; ++s.x) {
+        const int cu = s.x * kSteps + kHalf;
+        if (!isInside(along_[2], cu, cv, kHalf)) continue;
+        // Where the plane passes the row, from the first cube's bottom
+        const int at = begin - sign * (normal_.x * (cu - corner_[0].x) + normal_.y * (cv - corner_[0].y));
+        int low = first.z, high = last.z;
+        if (high - low > 3) {  // a division takes as long as a few tests
+          const int k = at / step - (at % step < 0 ? 1 : 0);
+          low = std::max(low, first.z + k - 1);
+          high = std::min(high, first.z + k);
+        }
+        for (s.z = low; s.z <= high; ++s.z) {
+          const int ca = s.z * kSteps + kHalf, above = at - step * (s.z - first.z);
+          if (above >= 0 && above <= step && isInside(along_[0], cv, ca, kHalf) && isInside(along_[1], ca, cu, kHalf))
+            visit(turnedBack(s));
+        }
+      }
+    }
+  }
+
+  int steepest_ = 0;  // axis along which the normal is longest
   std::array<glm::ivec3, 3> corner_;
   glm::ivec3 normal_{0};
-  int steepest_ = 0;  // axis along which the normal is longest
-  std::array<Edge, 9> edge_;
+  std::array<Edges, 3> along_;  // in the projection along each axis
 };
 
 }  // namespace relume

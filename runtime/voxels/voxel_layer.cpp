@@ -47,22 +47,30 @@ glm::ivec3 cornerIn(const SnappedTriangle& t, const glm::ivec3& v) {
   return glm::ivec3(t.corner[0][0], t.corner[0][1], t.corner[0][2]) - (v * kVoxelSteps + kVoxelSteps / 2);
 }
 
-// The place of the triangle nearest to one in the voxel, about: that moved onto its plane, within its bounds and the
-// voxel's. Both [1/64 voxel from the voxel's centre]
-glm::ivec3 placeIn(const SnappedTriangle& t, const glm::ivec3& v, const glm::ivec3& wanted) {
-  constexpr int kHalf = kVoxelSteps / 2;
-  const glm::ivec3 centre = v * kVoxelSteps + kHalf, n = normalOf(t);
-  const glm::ivec3 from = centre + wanted - glm::ivec3(t.corner[0][0], t.corner[0][1], t.corner[0][2]);
-  const int distance = n.x * from.x + n.y * from.y + n.z * from.z;
-  glm::ivec3 place;
-  for (int k = 0; k < 3; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    const auto [low, high] = std::minmax({t.corner[0][i], t.corner[1][i], t.corner[2][i]});
-    const int onPlane = wanted[k] - n[k] * distance / (127 * 127);
-    place[k] = std::clamp(std::clamp(onPlane, int{low} - centre[k], int{high} - centre[k]), -kHalf, kHalf);
+// Where a triangle is in a voxel.
+class PlacesIn {
+ public:
+  PlacesIn(const SnappedTriangle& t, const glm::ivec3& v) : corner_(cornerIn(t, v)), normal_(normalOf(t)) {
+    constexpr int kHalf = kVoxelSteps / 2;
+    const glm::ivec3 toSecond(t.corner[1][0] - t.corner[0][0], t.corner[1][1] - t.corner[0][1],
+                              t.corner[1][2] - t.corner[0][2]),
+        toThird(t.corner[2][0] - t.corner[0][0], t.corner[2][1] - t.corner[0][1], t.corner[2][2] - t.corner[0][2]);
+    low_ = glm::clamp(corner_ + glm::min(glm::ivec3(0), glm::min(toSecond, toThird)), -kHalf, kHalf);
+    high_ = glm::clamp(corner_ + glm::max(glm::ivec3(0), glm::max(toSecond, toThird)), -kHalf, kHalf);
   }
-  return place;
-}
+
+  // That nearest to one in the voxel, about: it is moved onto the triangle's plane, within its bounds and the voxel's.
+  // Both [1/64 voxel from the voxel's centre]
+  glm::ivec3 nearest(const glm::ivec3& wanted) const {
+    const glm::ivec3 from = wanted - corner_;
+    const int distance = normal_.x * from.x + normal_.y * from.y + normal_.z * from.z;
+    return glm::clamp(wanted - normal_ * distance / (127 * 127), low_, high_);
+  }
+
+ private:
+  glm::ivec3 corner_, normal_;  // 127 times the unit vector
+  glm::ivec3 low_, high_;       // bounds
+};
 
 glm::dvec3 axisOf(const Moment& m) {
   const double xx = static_cast<double>(m[0]), yy = static_cast<double>(m[1]), zz = static_cast<double>(m[2]),
@@ -109,7 +117,8 @@ void addMoment(const SnappedTriangle& t, std::int64_t share, Moment& m) {
 void addSides(const SnappedTriangle& t, std::uint32_t triangle, const SummedSurfaces& surfaces, const glm::ivec3& v,
               const glm::ivec3& axis, const VoxelPair& pair, double emissionUnit, std::span<SideSums, 2> sides) {
   const std::int64_t share = pair.share;
-  const glm::ivec3 n = normalOf(t), place = placeIn(t, v, glm::ivec3(0)), albedo = surfaces.albedo(t.surface);
+  const PlacesIn places(t, v);
+  const glm::ivec3 n = normalOf(t), place = places.nearest(glm::ivec3(0)), albedo = surfaces.albedo(t.surface);
   const int cosine = n.x * axis.x + n.y * axis.y + n.z * axis.z;
   SideSums &s = sides[cosine >= 0 ? 0 : 1], &other = sides[cosine >= 0 ? 1 : 0];
   const std::int64_t weight = std::max<std::int64_t>(share * std::abs(cosine) / (127 * 127), 1);
@@ -134,7 +143,7 @@ void addSides(const SnappedTriangle& t, std::uint32_t triangle, const SummedSurf
     if (isAcross) addEmission(other, *emits, seen, emissionUnit);
   }
   for (std::size_t i = 0; i < 4; ++i) {
-    const glm::ivec3 wanted = subCentre(i), off = placeIn(t, v, wanted) - wanted;
+    const glm::ivec3 wanted = subCentre(i), off = places.nearest(wanted) - wanted;
     s.nearest[i] = std::min(s.nearest[i],
                             std::int64_t{off.x * off.x + off.y * off.y + off.z * off.z} << 32 | std::int64_t{triangle});
   }
@@ -150,7 +159,7 @@ std::array<SubPlace, 4> subPlacesOf(std::span<const SnappedTriangle> triangles, 
   for (std::size_t i = 0; i < 4; ++i) {
     const SnappedTriangle& t = triangles[static_cast<std::size_t>(sums.nearest[i] & 0xFFFFFFFF)];
     const glm::ivec3 n = normalOf(t), corner = cornerIn(t, voxel);
-    places[i] = {placeIn(t, voxel, subCentre(i)), n, n.x * corner.x + n.y * corner.y + n.z * corner.z};
+    places[i] = {PlacesIn(t, voxel).nearest(subCentre(i)), n, n.x * corner.x + n.y * corner.y + n.z * corner.z};
   }
   return places;
 }
