@@ -5,6 +5,7 @@
 #include "shared/layout.h"
 #include "lib/live_threads.glsl"
 #include "lib/live_volume.glsl"
+#include "lib/live_sub_voxels.glsl"
 #define RELUME_SH_BANDS 3
 #include "lib/sh.glsl"
 
@@ -66,33 +67,21 @@ uvec2 subVoxelsIn(ivec3 v) {
 }
 
 // Where the ray is along an axis when it leaves a brick along another at t: a guess, then as many crossings as come
-// before. isFirst: of crossings at one t this axis' come first.
-int whenLeaving(int v, int along, int ahead, float origin, float way, float inverse, float t, bool isFirst) {
+// before. Of crossings at one t those of the first axis come first.
+int whenLeaving(relumeLiveRay ray, vec3 way, int axis, int v, float t, int across) {
+  int along = ray.along[axis], ahead = ray.ahead[axis];
   if (along == 0) return v;
   int low = v & ~3, last = along > 0 ? low + 3 : low;
-  int at = clamp(int(origin + t * way), min(v, last), max(v, last));
+  int at = clamp(int(ray.origin[axis] + t * way[axis]), min(v, last), max(v, last));
   for (int i = 0; i < 3 && at != last; ++i) {
-    float cross = (float(at + ahead) - origin) * inverse;
-    if (!(cross < t || (cross == t && isFirst))) break;
+    float cross = (float(at + ahead) - ray.origin[axis]) * ray.inverse[axis];
+    if (!(cross < t || (cross == t && axis < across))) break;
     at += along;
   }
   for (int i = 0; i < 3 && at != v; ++i) {
-    float cross = (float(at - along + ahead) - origin) * inverse;
-    if (cross < t || (cross == t && isFirst)) break;
+    float cross = (float(at - along + ahead) - ray.origin[axis]) * ray.inverse[axis];
+    if (cross < t || (cross == t && axis < across)) break;
     at -= along;
-  }
-  return at;
-}
-
-// Where a ray that begins at `at`, or at the face of voxel v that is nearest, is along an axis, in sub-voxels, when it
-// enters the voxel across a plane of another at t.
-int whenEntering(int at, int v, int along, int ahead, float origin, float inverse, float t, bool isFirst) {
-  int last = along > 0 ? 4 * v + 3 : 4 * v;
-  if (along == 0) return at;
-  for (int i = 0; i < 3 && at != last; ++i) {
-    float cross = (0.25 * float(at + ahead) - origin) * inverse;
-    if (!(cross < t || (cross == t && isFirst))) break;
-    at += along;
   }
   return at;
 }
@@ -100,10 +89,8 @@ int whenEntering(int at, int v, int along, int ahead, float origin, float invers
 // The first voxel with a sub-voxel in the ray's way, from inside of the grid (runtime/voxels/march.h); false = none.
 // sub: its bit.
 bool march(vec3 origin, vec3 way, out ivec3 v, out uint sub) {
-  ivec3 along = ivec3(greaterThan(way, vec3(1e-12))) - ivec3(lessThan(way, vec3(-1e-12)));
-  bvec3 never = equal(along, ivec3(0));
-  vec3 inverse = 1.0 / mix(way, vec3(1.0), never);
-  ivec3 ahead = max(along, ivec3(0)), cell = ivec3(-1);
+  relumeLiveRay ray = relumeLiveRayOf(origin, way);
+  ivec3 cell = ivec3(-1);
   uvec2 brick = uvec2(0u);
   int entered = -1;  // across a plane of which axis the ray came into the voxel
   float since = 0.0;
@@ -116,44 +103,23 @@ bool march(vec3 origin, vec3 way, out ivec3 v, out uint sub) {
     }
     if (brick == uvec2(0u)) {
       ivec3 low = v & ~3;
-      vec3 t = mix((vec3(low + 4 * ahead) - origin) * inverse, vec3(1e30), never);
-      int axis = relumeLiveFirstAxis(t);
-      float leaves = t[axis];
-      if (leaves >= 1e30) return false;
-      ivec3 at = ivec3(whenLeaving(v.x, along.x, ahead.x, origin.x, way.x, inverse.x, leaves, 0 < axis),
-                       whenLeaving(v.y, along.y, ahead.y, origin.y, way.y, inverse.y, leaves, 1 < axis),
-                       whenLeaving(v.z, along.z, ahead.z, origin.z, way.z, inverse.z, leaves, 2 < axis));
-      at[axis] = along[axis] > 0 ? low[axis] + 4 : low[axis] - 1;
+      vec3 t = relumeLiveCrossings(ray, low + 3 * ray.ahead, 1.0);
+      entered = relumeLiveFirstAxis(t);
+      since = t[entered];
+      if (since >= 1e30) return false;
+      ivec3 at;
+      for (int a = 0; a < 3; ++a) at[a] = whenLeaving(ray, way, a, v[a], since, entered);
+      at[entered] = ray.along[entered] > 0 ? low[entered] + 4 : low[entered] - 1;
       v = at;
-      entered = axis;
-      since = leaves;
     } else {
-      if (relumeLiveIsSet(brick, relumeLiveBit(v))) {
-        uvec2 set = subVoxelsIn(v);
-        ivec3 s = clamp(ivec3(floor(4.0 * origin)), 4 * v, 4 * v + 3);
-        if (entered >= 0) {
-          int across = s[entered];
-          s = ivec3(whenEntering(s.x, v.x, along.x, ahead.x, origin.x, inverse.x, since, 0 < entered),
-                    whenEntering(s.y, v.y, along.y, ahead.y, origin.y, inverse.y, since, 1 < entered),
-                    whenEntering(s.z, v.z, along.z, ahead.z, origin.z, inverse.z, since, 2 < entered));
-          s[entered] = across;
-        }
-        // No ray passes more sub-voxels of a voxel than this.
-        for (int i = 0; i < 10 && (s >> 2) == v; ++i) {
-          sub = relumeLiveBit(s);
-          if (relumeLiveIsSet(set, sub)) return true;
-          vec3 t = mix((0.25 * vec3(s + ahead) - origin) * inverse, vec3(1e30), never);
-          int axis = relumeLiveFirstAxis(t);
-          if (t[axis] >= 1e30) return false;
-          s[axis] += along[axis];
-        }
-      }
-      vec3 t = mix((vec3(v + ahead) - origin) * inverse, vec3(1e30), never);
-      int axis = relumeLiveFirstAxis(t);
-      if (t[axis] >= 1e30) return false;
-      v[axis] += along[axis];
-      entered = axis;
-      since = t[axis];
+      if (relumeLiveIsSet(brick, relumeLiveBit(v)) &&
+          relumeLiveMeets(ray, v, subVoxelsIn(v), entered, since, 1e30, sub))
+        return true;
+      vec3 t = relumeLiveCrossings(ray, v, 1.0);
+      entered = relumeLiveFirstAxis(t);
+      since = t[entered];
+      if (since >= 1e30) return false;
+      v[entered] += ray.along[entered];
     }
   }
   return false;

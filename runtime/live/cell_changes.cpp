@@ -30,7 +30,8 @@ void addContent(const VoxelLayer& layer, const ParallelFor& parallelFor, std::sp
   forChunks(parallelFor, static_cast<std::uint32_t>(content.size()), kCellsDigested,
             [&](std::uint32_t begin, std::uint32_t end) {
               for (std::uint32_t c = begin; c < end; ++c) {
-                if (layer.bits[c] == 0) continue;
+                std::uint64_t rest = layer.subVoxels.bits[c];
+                if (layer.bits[c] == 0 && rest == 0) continue;
                 Digest digest;
                 digest.add(content[c]);
                 digest.add(layer.bits[c]);
@@ -39,6 +40,9 @@ void addContent(const VoxelLayer& layer, const ParallelFor& parallelFor, std::sp
                   digest.add(std::uint64_t{axis.x} << 16 | std::uint64_t{axis.y} << 8 | axis.z);
                 }
                 layer.sides.forWords(c, [&](std::uint64_t word) { digest.add(word); });
+                digest.add(rest);
+                for (std::uint32_t s = layer.subVoxels.first[c]; rest != 0; rest &= rest - 1, ++s)
+                  digest.add(layer.subVoxels.of[s]);
                 content[c] = digest.sum();
               }
             });

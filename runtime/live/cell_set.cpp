@@ -85,21 +85,18 @@ std::vector<std::int8_t> heightsOf(const VoxelLayer& layer, const VolumeGrid& gr
   return height;
 }
 
-// Out of the voxel of another surface, to the side of its plane on which the place is; three times at most.
+// Out of the sub-voxels of another surface, to the side of its plane on which the place is; three times at most.
 glm::vec3 stepOut(const CellSet& cells, glm::vec3 place) {
+  constexpr float kStep = 0.5f / static_cast<float>(kBrickSide);
+  const VoxelLayer& standing = *cells.standing;
   for (int tries = 0; tries < 3; ++tries) {
-    const glm::ivec3 v(glm::floor(place));
-    if (!cells.grid.holds(v)) return place;
-    const std::uint32_t cell = cells.grid.cellOf(v);
-    const VoxelLayer& standing = *cells.standing;
-    const std::uint64_t bits = standing.bits[cell];
-    if ((bits >> brickBit(v) & 1u) == 0) return place;
-    const std::uint32_t number = standing.first[cell] + countBefore(bits, v);
-    if (number >= standing.kept) return place;
-    const glm::vec3 axis = glm::vec3(standing.axis[number]) / 127.0f;
-    const float above = glm::dot(place - (glm::vec3(v) + 0.5f), axis) -
-                        static_cast<float>(cells.height[number]) / static_cast<float>(kVoxelSteps);
-    place += axis * (above < 0.0f ? -0.5f : 0.5f);
+    const glm::ivec3 v(glm::floor(place)), subVoxel(glm::floor(static_cast<float>(kBrickSide) * place));
+    if (!cells.grid.holds(v) || (standing.subVoxels.in(cells.grid, v) >> brickBit(subVoxel) & 1u) == 0) return place;
+    const std::array<std::int8_t, 4> plane = cells.planeAt(v);
+    const glm::vec3 axis = glm::vec3(plane[0], plane[1], plane[2]) / 127.0f;
+    const float above =
+        glm::dot(place - (glm::vec3(v) + 0.5f), axis) - static_cast<float>(plane[3]) / static_cast<float>(kVoxelSteps);
+    place += axis * (above < 0.0f ? -kStep : kStep);
   }
   return place;
 }
@@ -253,9 +250,12 @@ ReadCache cacheOf(const CellSet& cells, const ReadPlace& place, std::size_t k) {
 SeenCaches seenCaches(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal) {
   const std::optional<ReadPlace> place = readPlaceOf(cells.grid, position, normal);
   if (!place) return 0;
-  // Out of the voxels that the receiver's own plane occupies: thin voxels reach so far from it.
+  // Out of the sub-voxels that the receiver's own surface overlaps, which reach half as far from its plane: it may be
+  // bent.
   const glm::vec3 size = glm::abs(normal);
-  const float lift = 0.5f * (std::max({size.x, size.y, size.z}) + size.x + size.y + size.z) + 0.05f;
+  const float lift = 0.25f * (std::max({size.x, size.y, size.z}) + size.x + size.y + size.z) + 0.025f;
+  const SubVoxels& subVoxels = cells.standing->subVoxels;
+  const auto subVoxelsOf = [&](const glm::ivec3& v) { return subVoxels.in(cells.grid, v); };
   const glm::vec3 eye = stepOut(cells, position + lift * normal);
   std::uint32_t seen = 0;
   for (std::size_t k = 0; k < 8; ++k) {
@@ -263,7 +263,7 @@ SeenCaches seenCaches(const CellSet& cells, const glm::vec3& position, const glm
     if (cache.slot == kInactive || glm::dot(cache.position - position, normal) <= 0.0f) continue;
     const glm::vec3 toward = cache.position - eye;
     const bool hidden = glm::length(toward) > 1e-3f &&
-                        VoxelMarch(cells.grid, cells.standing->bits.data(), eye, toward).first(1.0f).found;
+                        VoxelMarch(cells.grid, subVoxels.bits.data(), eye, toward).first(1.0f, subVoxelsOf).found;
     if (!hidden) seen |= 1u << k;
   }
   return static_cast<SeenCaches>(seen);

@@ -34,10 +34,15 @@ struct CellSet {
   }
   glm::ivec3 voxelOf(std::uint32_t cache) const { return voxelIn(grid.cellAt(active[cache]), cache); }
   glm::vec3 positionOf(std::uint32_t cache) const { return glm::vec3(voxelOf(cache)) + 0.5f; }  // [voxels]
-  // 127 times the unit normal of a standing voxel's plane, and its height.
-  std::array<std::int8_t, 4> planeOf(std::uint32_t voxel) const {
-    const glm::i8vec3& axis = standing->axis[voxel];
-    return {axis.x, axis.y, axis.z, height[voxel]};
+  // 127 times the unit normal of a standing voxel's plane, and its height; of any voxel of the grid, 0 = it has none.
+  std::array<std::int8_t, 4> planeAt(const glm::ivec3& v) const {
+    const std::uint32_t cell = grid.cellOf(v);
+    const std::uint64_t bits = standing->bits[cell];
+    if ((bits >> brickBit(v) & 1u) == 0) return {};
+    const std::uint32_t number = standing->first[cell] + countBefore(bits, v);
+    if (number >= standing->kept) return {};
+    const glm::i8vec3& axis = standing->axis[number];
+    return {axis.x, axis.y, axis.z, height[number]};
   }
 };
 

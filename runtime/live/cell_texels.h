@@ -12,11 +12,11 @@
 
 namespace relume {
 
-// [Size cells] Bits of standing voxels in x and y; number of the first of them; its cache: slot * 64 + voxel, kInactive
-// = none.
+// [Size cells] Bits of standing voxels that have sub-voxels in x and y; number of the first of them; its cache:
+// slot * 64 + voxel, kInactive = none.
 std::vector<glm::uvec4> cellTexels(const CellSet& cells);
 
-// CellSet::planeOf() of all standing voxels, zero of those that were dropped: who is in one stays there.
-std::vector<std::array<std::int8_t, 4>> cellPlanes(const CellSet& cells);
+// Of each of these voxels: bits of its sub-voxels in x and y, and in z CellSet::planeAt(), a byte each.
+std::vector<glm::uvec4> subVoxelTexels(const CellSet& cells);
 
 }  // namespace relume

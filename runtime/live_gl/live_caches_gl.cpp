@@ -125,7 +125,7 @@ void LiveCachesGl::State::writeRays(const LiveFrame& frame) {
 
 void LiveCachesGl::State::gather(std::size_t level, const LiveFrame& frame) {
   const FollowedVolume& volume = volumes[level];
-  volumes.cells().bind(RELUME_LIVE_UNIT_CELLS);
+  volumes.standing().bind(RELUME_LIVE_UNIT_CELLS);
   volumes.moving().bind(RELUME_LIVE_UNIT_MOVING);
   rays.bind(RELUME_LIVE_UNIT_RAYS);
   gl_.ActiveTexture(GL_TEXTURE0 + RELUME_LIVE_UNIT_RADIANCE);
@@ -275,7 +275,7 @@ void LiveCachesGl::bind() const {
   if (s.volumes.size() == 0) return;
   const auto active = static_cast<GLenum>(gl::integerOf(s.gl_, GL_ACTIVE_TEXTURE));
   s.volumes.cells().bind(s.names.textureUnits[0]);
-  s.volumes.planes().bind(s.names.textureUnits[1]);
+  s.volumes.subVoxelTexels().bind(s.names.textureUnits[1]);
   s.volumes.light().bind(s.names.textureUnits[2]);
   // By a host's sampler that filters, textures of integers are not complete: they read as zeros.
   for (const std::uint32_t unit : s.names.textureUnits) s.gl_.BindSampler(unit, 0);

@@ -43,7 +43,6 @@ struct TexelFormat {
 };
 inline constexpr TexelFormat kFloats{GL_RGBA32F, GL_RGBA, GL_FLOAT, 16};
 inline constexpr TexelFormat kWords{GL_RGBA32UI, GL_RGBA_INTEGER, GL_UNSIGNED_INT, 16};
-inline constexpr TexelFormat kBytes{GL_RGBA8I, GL_RGBA_INTEGER, GL_BYTE, 4};
 
 // Rows of texels that are read by their number alone, with room for more rows than are needed.
 class GrowingRows {

@@ -16,7 +16,8 @@ namespace relume {
 namespace {
 
 constexpr std::size_t kLongestPrefix = 64;
-constexpr std::array<const char*, 3> kSamplers{"Cells", "Planes", "Light"};  // behind the prefix, in order of the units
+// Behind the prefix, in order of the units.
+constexpr std::array<const char*, 3> kSamplers{"Cells", "SubVoxels", "Light"};
 
 bool isLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 bool isOfIdentifier(char c) { return isLetter(c) || (c >= '0' && c <= '9') || c == '_'; }
@@ -71,7 +72,7 @@ Status checkLiveGlNames(const gl::Functions& gl, const LiveGlNames& names) {
 Result<std::string> liveResolveGlsl(const LiveGlNames& names) {
   Result<std::string> text = expandShader("live_resolve.glsl", {});
   if (!text) return text;
-  constexpr std::array<const char*, 3> textures{"CELLS", "PLANES", "LIGHT"};
+  constexpr std::array<const char*, 3> textures{"CELLS", "SUB_VOXELS", "LIGHT"};
   for (std::size_t k = 0; k < textures.size(); ++k)
     replaceAll(*text, std::string("binding = RELUME_LIVE_UNIT_") + textures[k],
                "binding = " + std::to_string(names.textureUnits[k]));

@@ -23,11 +23,6 @@ std::uint32_t rowsOf(std::size_t items, std::uint32_t aRow) {
   return static_cast<std::uint32_t>((items + aRow - 1) / aRow);
 }
 
-// Numbers that voxels have, of what stands those too that were dropped: they have no plane, and who is in one stays.
-std::uint32_t numbersOf(const VoxelVolume& volume) {
-  return std::max(volume.standing().occupied, volume.standing().kept + volume.moving().kept);
-}
-
 std::uint32_t subVoxelsOf(const VoxelVolume& volume) {
   return static_cast<std::uint32_t>(volume.standing().subVoxels.of.size() + volume.moving().subVoxels.of.size());
 }
@@ -47,8 +42,9 @@ struct NestedVolumesGl::Next {
 NestedVolumesGl::NestedVolumesGl(const Functions& gl)
     : gl_(gl),
       cells_(gl),
+      standing_(gl),
       moving_(gl),
-      planes_(gl, kBytes, RELUME_LIVE_PLANES_A_ROW),
+      subVoxelTexels_(gl, kWords, RELUME_LIVE_SUB_VOXELS_A_ROW),
       light_(gl, kFloats, kTexelsOfCache * RELUME_LIVE_CACHES_A_ROW),
       otherLight_(gl, kFloats, kTexelsOfCache * RELUME_LIVE_CACHES_A_ROW),
       cacheVoxels_(gl),
@@ -70,16 +66,18 @@ Status NestedVolumesGl::compile(const std::string& visibilityGlsl) {
 }
 
 Status NestedVolumesGl::checkSize(std::span<const VoxelVolume> volumes) const {
-  std::size_t sides = 0;
+  std::size_t sides = 0, subVoxels = 0;
   int side = 0;
   for (const VoxelVolume& volume : volumes) {
     if (Status ok = volumes_.front()->sides.checkSize(volume); !ok) return ok;
     const glm::ivec3& cells = volume.grid().cells;
     side = std::max({side, cells.x, cells.y, static_cast<int>(volumes.size()) * cells.z});
     sides += volume.sideCount() + volume.sideCount() / 4;
+    subVoxels += subVoxelsOf(volume) + subVoxelsOf(volume) / 4;
   }
   const GpuDevice device = deviceOf(gl_, gpu::GroupThreads::parallel);
-  if (static_cast<std::uint32_t>(side) > device.volumeSide || device.imageSide < 2 * RELUME_LIVE_PLANES_A_ROW ||
+  if (static_cast<std::uint32_t>(side) > device.volumeSide || device.imageSide < 2 * RELUME_LIVE_SUB_VOXELS_A_ROW ||
+      rowsOf(subVoxels, RELUME_LIVE_SUB_VOXELS_A_ROW) >= device.imageSide ||
       (volumes.size() > 1 && LitSides::rowsOfSides(sides) >= device.imageSide))
     return Error{ErrorCode::unsupported, "live light: this OpenGL's textures are too small for " +
                                              std::to_string(side) + " cells along a side and " + std::to_string(sides) +
@@ -107,8 +105,8 @@ std::vector<SharedPlaces> NestedVolumesGl::placesOf(std::span<const VoxelVolume>
   at.firstCache = hasSky ? RELUME_LIVE_CACHES_A_ROW : 0;
   for (std::size_t l = 0; l < places.size(); ++l) {
     at.caches = room(next[l].caches, RELUME_LIVE_CACHES_A_ROW);
-    at.voxels = room(next[l].voxels, RELUME_LIVE_PLANES_A_ROW);
-    at.subVoxels = room(next[l].subVoxels, 1);
+    at.voxels = room(next[l].voxels, RELUME_LIVE_SIDES_A_ROW);
+    at.subVoxels = room(next[l].subVoxels, RELUME_LIVE_SUB_VOXELS_A_ROW);
     places[l] = at;
     at.firstCache += at.caches;
     at.firstVoxel += at.voxels;
@@ -160,27 +158,28 @@ void NestedVolumesGl::carry(const std::vector<std::uint32_t>& from) {
   otherLight_.reserve(rows);  // for the next time
 }
 
-// Cells, planes and caches of a volume, at its places; its sides.
+// Cells, sub-voxels and caches of a volume, at its places; its sides.
 void NestedVolumesGl::write(std::size_t level, const VoxelVolume& volume) {
   FollowedVolume& to = *volumes_[level];
   const CellSet& cells = to.cells;
   std::vector<glm::uvec4> texels = cellTexels(cells);
   for (glm::uvec4& texel : texels) {
-    texel.z += to.at.firstVoxel;
+    texel.z += to.at.firstSubVoxels;
     if (texel.w != kInactive) texel.w += 64 * to.at.firstCache;
   }
   cells_.writeLayers(cells.grid.cells, to.at.layer, texels.data());
-  planes_.write(bytesOf(cellPlanes(cells)), to.at.firstVoxel / RELUME_LIVE_PLANES_A_ROW);
+  subVoxelTexels_.write(bytesOf(relume::subVoxelTexels(cells)), to.at.firstSubVoxels / RELUME_LIVE_SUB_VOXELS_A_ROW);
   std::vector<std::uint32_t> voxel(cells.active.size());
   for (std::uint32_t i = 0; i < voxel.size(); ++i) voxel[i] = packVoxel(cells.voxelOf(i));
   cacheVoxels_.write(4 * std::size_t{to.at.firstCache}, bytesOf(voxel));
   writeRayCells(to, volume);
-  if (!to.moves) return;
-  const VoxelLayer& moving = volume.moving();
-  for (std::size_t c = 0; c < texels.size(); ++c) {
-    texels[c] = glm::uvec4(wordsOf(moving.bits[c]), to.at.firstVoxel + volume.standing().kept + moving.first[c], 0);
-  }
-  moving_.writeLayers(cells.grid.cells, to.at.layer, texels.data());
+  const auto writeLayer = [&](const VoxelLayer& layer, std::uint32_t first, CellTexture& texture) {
+    for (std::size_t c = 0; c < texels.size(); ++c)
+      texels[c] = glm::uvec4(wordsOf(layer.bits[c]), first + layer.first[c], 0);
+    texture.writeLayers(cells.grid.cells, to.at.layer, texels.data());
+  };
+  writeLayer(volume.standing(), to.at.firstVoxel, standing_);
+  if (to.moves) writeLayer(volume.moving(), to.at.firstVoxel + volume.standing().kept, moving_);
 }
 
 void NestedVolumesGl::writeRayCells(const FollowedVolume& to, const VoxelVolume& volume) {
@@ -205,7 +204,7 @@ void NestedVolumesGl::writeRayCells(const FollowedVolume& to, const VoxelVolume&
 
 void NestedVolumesGl::findStencils(const FollowedVolume& volume) {
   cells_.bind(RELUME_LIVE_UNIT_CELLS);
-  planes_.bind(RELUME_LIVE_UNIT_PLANES);
+  subVoxelTexels_.bind(RELUME_LIVE_UNIT_SUB_VOXELS);
   volume.sides.bindSides();
   volume.stencils.bind(RELUME_LIVE_SLOT_STENCILS);
   setGrid(gl_, stencilProgram_.get(), volume.cells.grid, volume.cells.grid.voxel);
@@ -230,7 +229,7 @@ Status NestedVolumesGl::follow(std::span<const VoxelVolume> volumes) {
       next[l].cells = before != nullptr ? findChangedCells(volumes[l], before->cells).cells : findCells(volumes[l]);
     }
     next[l].caches = static_cast<std::uint32_t>((isOf(l) ? volumes_[l]->cells : *next[l].cells).active.size());
-    next[l].voxels = numbersOf(volumes[l]);
+    next[l].voxels = volumes[l].sideCount() / 2;
     next[l].subVoxels = subVoxelsOf(volumes[l]);
     all = {std::max(all.x, grid.cells.x), std::max(all.y, grid.cells.y), all.z + grid.cells.z};
   }
@@ -242,14 +241,15 @@ Status NestedVolumesGl::follow(std::span<const VoxelVolume> volumes) {
   // 2. All memory first: what is refused for want of it leaves light and volume as they were, but for their room.
   dropErrors(gl_);
   carry(from);
-  const std::size_t voxels = std::size_t{places.back().firstVoxel} + next.back().voxels;
+  const std::size_t voxels = std::size_t{places.back().firstVoxel} + next.back().voxels,
+                    subVoxels = std::size_t{places.back().firstSubVoxels} + next.back().subVoxels;
   bool isElsewhere = cells_.reserve(all);
+  standing_.reserve(all);
   moving_.reserve(all);
-  isElsewhere = planes_.reserve(rowsOf(voxels, RELUME_LIVE_PLANES_A_ROW)) || isElsewhere;
+  isElsewhere = subVoxelTexels_.reserve(rowsOf(subVoxels, RELUME_LIVE_SUB_VOXELS_A_ROW)) || isElsewhere;
   isElsewhere = cacheVoxels_.reserve(4 * from.size()) || isElsewhere;
   isElsewhere = rayCells_.reserve(sizeof(RelumeRayCell) * cells_.count()) || isElsewhere;
-  isElsewhere =
-      subVoxels_.reserve(8 * (std::size_t{places.back().firstSubVoxels} + next.back().subVoxels)) || isElsewhere;
+  isElsewhere = subVoxels_.reserve(8 * subVoxels) || isElsewhere;
   const std::size_t sides = 2 * std::size_t{places.back().firstVoxel} + volumes.back().sideCount();
   bool isLost = volumes_.front()->sides.reserveRows(sides);
   volumes_.resize(volumes.size());
@@ -324,8 +324,8 @@ std::vector<std::pair<std::string, std::size_t>> NestedVolumesGl::bufferSizes() 
     stencils += volumes_[l]->stencils.bytes();
   }
   sizes.emplace_back("cells",
-                     cells_.bytes() + moving_.bytes() + planes_.bytes() + cacheVoxels_.bytes() + carried_.bytes());
-  sizes.emplace_back("sub-voxels", rayCells_.bytes() + subVoxels_.bytes());
+                     cells_.bytes() + standing_.bytes() + moving_.bytes() + cacheVoxels_.bytes() + carried_.bytes());
+  sizes.emplace_back("sub-voxels", rayCells_.bytes() + subVoxels_.bytes() + subVoxelTexels_.bytes());
   sizes.emplace_back("cell light", light_.bytes() + otherLight_.bytes());
   sizes.emplace_back("side stencils", stencils);
   return sizes;

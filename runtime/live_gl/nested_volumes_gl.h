@@ -27,9 +27,10 @@ inline constexpr std::uint32_t kTexelsOfCache = 7;
 // Where one volume's own begin in what all share, and for how many there is room.
 struct SharedPlaces {
   int layer = 0;
-  std::uint32_t firstCache = 0, caches = 0;         // [a multiple of RELUME_LIVE_CACHES_A_ROW]
-  std::uint32_t firstVoxel = 0, voxels = 0;         // [a multiple of RELUME_LIVE_PLANES_A_ROW]
-  std::uint32_t firstSubVoxels = 0, subVoxels = 0;  // voxels that have sub-voxels
+  std::uint32_t firstCache = 0, caches = 0;  // [a multiple of RELUME_LIVE_CACHES_A_ROW]
+  std::uint32_t firstVoxel = 0, voxels = 0;  // [a multiple of RELUME_LIVE_SIDES_A_ROW]
+  // Voxels that have sub-voxels. [a multiple of RELUME_LIVE_SUB_VOXELS_A_ROW]
+  std::uint32_t firstSubVoxels = 0, subVoxels = 0;
   bool beginsAt(const SharedPlaces& other) const {
     return layer == other.layer && firstCache == other.firstCache && firstVoxel == other.firstVoxel &&
            firstSubVoxels == other.firstSubVoxels;
@@ -82,10 +83,12 @@ class NestedVolumesGl {
   // Since the last call the texture of radiance has become another: none is there of sides that have not changed.
   bool lostRadiance() { return std::exchange(lostRadiance_, false); }
 
-  const CellTexture& cells() const { return cells_; }    // cellTexels(), counted through
-  const CellTexture& moving() const { return moving_; }  // bits of what moves; number of the first
-  const GrowingRows& planes() const { return planes_; }  // CellSet::plane
-  const GrowingRows& light() const { return light_; }    // of all caches (lib/live_read.glsl)
+  const CellTexture& cells() const { return cells_; }                    // cellTexels(), counted through
+  const GrowingRows& subVoxelTexels() const { return subVoxelTexels_; }  // of these
+  // Bits of what stands and of what moves; number of the first.
+  const CellTexture& standing() const { return standing_; }
+  const CellTexture& moving() const { return moving_; }
+  const GrowingRows& light() const { return light_; }  // of all caches (lib/live_read.glsl)
   GrowingRows& light() { return light_; }
   const GrowingBuffer& cacheVoxels() const { return cacheVoxels_; }  // where they stand, packVoxel()
   // What rays meet: RelumeRayCell of each of cells(), x fastest, and sub-voxels.
@@ -108,8 +111,8 @@ class NestedVolumesGl {
   Program stencilProgram_, carryProgram_;
   std::vector<std::unique_ptr<FollowedVolume>> volumes_;  // one at least
   bool follows_ = false;                                  // them
-  CellTexture cells_, moving_;
-  GrowingRows planes_, light_, otherLight_;
+  CellTexture cells_, standing_, moving_;
+  GrowingRows subVoxelTexels_, light_, otherLight_;
   GrowingBuffer cacheVoxels_, rayCells_, subVoxels_, carried_;
   bool hasSky_ = false, lostRadiance_ = false;
 };

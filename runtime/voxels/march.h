@@ -42,10 +42,10 @@ class VoxelMarch {
   MarchHit first(float tMax) {
     return walk(tMax, [](const glm::ivec3&, unsigned&) { return true; });
   }
-  // The first that has a sub-voxel in the ray's way. subVoxelsOf(voxel): which are in the way, by brickBit()
+  // The first that has a sub-voxel in the ray's way within [0, tMax). subVoxelsOf(voxel): which are, by brickBit()
   template <class SubVoxelsOf>
   MarchHit first(float tMax, const SubVoxelsOf& subVoxelsOf) {
-    return walk(tMax, [&](const glm::ivec3& v, unsigned& met) { return meets(v, subVoxelsOf(v), met); });
+    return walk(tMax, [&](const glm::ivec3& v, unsigned& met) { return meets(v, subVoxelsOf(v), tMax, met); });
   }
 
  private:
@@ -149,8 +149,8 @@ class VoxelMarch {
     return true;
   }
 
-  // Whether the ray, which has just entered this voxel, meets one of these sub-voxels before it leaves it.
-  bool meets(const glm::ivec3& v, std::uint64_t subVoxels, unsigned& met) const {
+  // Whether the ray, which has just entered this voxel, meets one of these sub-voxels before it leaves it or ends.
+  bool meets(const glm::ivec3& v, std::uint64_t subVoxels, float tMax, unsigned& met) const {
     glm::ivec3 s;
     for (int a = 0; a < 3; ++a) {
       const int low = kBrickSide * v[a], high = low + kBrickSide - 1, last = step_[a] > 0 ? high : low;
@@ -164,7 +164,7 @@ class VoxelMarch {
       if (subVoxels >> met & 1u) return true;
       const float x = subExitTime(0, s.x), y = subExitTime(1, s.y), z = subExitTime(2, s.z);
       const int axis = firstAxis(x, y, z);
-      if (!((axis == 0 ? x : axis == 1 ? y : z) < kNever)) return false;
+      if (!((axis == 0 ? x : axis == 1 ? y : z) < tMax)) return false;
       s[axis] += step_[axis];
       if (s[axis] >> 2 != v[axis]) return false;
     }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The voxel volume of light without a bake: a brick of 4 x 4 x 4 bits a cell (runtime/voxels/voxel_grid.h).
 //
-// relumeLiveCells: bits of standing voxels in x and y; the number of the first of them; the cell's cache, 64 times its
-// slot and the voxel that it stands in, kRelumeLiveNone = none.
+// relumeLiveCells: bits of voxels in x and y, and the number of the first of them. To receivers those that stand and have
+// sub-voxels (runtime/voxels/sub_voxels.h), and in w the cell's cache, 64 times its slot and the voxel that it stands in,
+// kRelumeLiveNone = none; to the gather those that stand; to cones all.
 layout(binding = RELUME_LIVE_UNIT_CELLS) uniform usampler3D relumeLiveCells;
 //
 // RELUME_LIVE_NESTED: there are several, whose layers of cells follow one another in the texture; these are of the one

@@ -175,14 +175,14 @@
 #define RELUME_LIVE_SLOT_LARGE 3       // voxelise: an indirect dispatch, and the triangles that it is for
 #define RELUME_LIVE_IMAGE_BRICKS 0     // voxelise, clear, raster (live_raster.glsl): image unit of the bits
 #define RELUME_LIVE_UNIT_CELLS 12
-#define RELUME_LIVE_UNIT_PLANES 13
+#define RELUME_LIVE_UNIT_SUB_VOXELS 13
 #define RELUME_LIVE_UNIT_LIGHT 14
 #define RELUME_LIVE_UNIT_RAYS 13      // gather
 #define RELUME_LIVE_UNIT_RADIANCE 14  // gather
 #define RELUME_LIVE_UNIT_MOVING 15    // gather
 #define RELUME_LIVE_MAX_VOLUMES 4
 #define RELUME_LIVE_BLEND_CELLS 2.0f  // from a face on, in which a volume takes over from the one around it
-#define RELUME_LIVE_PLANES_A_ROW 2048
+#define RELUME_LIVE_SUB_VOXELS_A_ROW 2048
 #define RELUME_LIVE_CACHES_A_ROW 256  // seven texels each
 #define RELUME_LIVE_SIDES_A_ROW 2048
 #define RELUME_LIVE_GROUP 64

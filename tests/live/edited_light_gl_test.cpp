@@ -188,7 +188,7 @@ TEST_F(EditedLightOnGl, textureUnitsThatTwoHaveAreNamed) {
   const std::string array = "layout(binding = 7) uniform sampler2D shadowMaps[3];\n";
   const std::string third =
       said({20, 9, 22}, array, "texture(shadowMaps[0], p.xy).xyz + texture(shadowMaps[2], p.xy).xyz");
-  EXPECT_TRUE(names(third, "shadowMaps[2]", "of relumeBeforePlanes")) << third;
+  EXPECT_TRUE(names(third, "shadowMaps[2]", "of relumeBeforeSubVoxels")) << third;
 }
 
 // A program of another text under a name from before: linked anew here, as not every OpenGL gives names again.

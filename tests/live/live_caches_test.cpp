@@ -91,7 +91,7 @@ TEST(LiveCaches, theFootOfAWallIsLitFromItsOwnSide) {
       run(live, volume, {}, 15);
       const float lit = live.irradiance({2.0f, 0, 2}, {0, 1, 0}).x;
       EXPECT_GT(lit, 0.05f);
-      for (float x = 4.3f; x < 8.0f; x += 0.25f)
+      for (float x = 4.02f + 0.5f * thickness; x < 8.0f; x += x < 4.5f ? 0.03f : 0.25f)
         EXPECT_LE(live.irradiance({x, 0, 2}, {0, 1, 0}).x, 1e-4f * lit)
             << cells << " cells, " << thickness << " m, " << x;
     }
@@ -121,6 +121,56 @@ TEST(LiveCaches, lightComesThroughWhatIsNarrowerThanAVoxel) {
   EXPECT_EQ(behind(0.0f), 0.0f);
   EXPECT_GT(narrow, 0.2f * wide);
   EXPECT_LT(narrow, 0.6f * wide);
+}
+
+// Receivers see their caches past posts that are a fifth of a voxel wide: no whole voxels are hidden.
+TEST(LiveCaches, postsHideNoMoreThanTheirSubVoxels) {
+  VoxelLevel level;
+  level.addBox({0, 0, 0}, {8, 4, 4}, true);
+  std::vector<glm::vec3> posts;
+  for (int i = 0; i < 15; ++i) {
+    posts.emplace_back(0.51f + 0.5f * static_cast<float>(i), 0, i % 2 == 0 ? 1.27f : 2.61f);
+    level.addBox(posts.back(), posts.back() + glm::vec3(0.035f, 4, 0.035f), false);
+  }
+  const VoxelVolume volume = volumeOf(level, coarse(12));
+  const CellSet cells = findCells(volume);
+  const auto isHidden = [&](const glm::vec3& from, const glm::vec3& to) {
+    for (const glm::vec3& post : posts) {
+      float enters = 0.0f, leaves = 1.0f;
+      for (const int a : {0, 2}) {
+        const float d = to[a] - from[a], low = (post[a] - from[a]) / d, high = (post[a] + 0.035f - from[a]) / d;
+        enters = std::max(enters, std::min(low, high));
+        leaves = std::min(leaves, std::max(low, high));
+      }
+      if (enters < leaves) return true;
+    }
+    return false;
+  };
+  int open = 0, seen = 0, hidden = 0, seenThrough = 0;
+  for (float x = 0.31f; x < 7.8f; x += 0.047f) {
+    for (float z = 0.33f; z < 3.7f; z += 0.053f) {
+      const glm::vec3 world(x, 0, z), place = volume.grid().toGrid(world), up(0, 1, 0);
+      const CellStencil all = stencilOf(cells, place, up, 0xFF);
+      const SeenCaches sees = seenCaches(cells, place, up);
+      for (std::size_t k = 0; k < 8; ++k) {
+        const glm::vec3 cache = cells.positionOf(all.slot[k]);
+        if (all.weight[k] == 0.0f || cache.y <= place.y) continue;
+        const bool isSeen = (sees >> k & 1u) != 0;
+        if (isHidden(world, volume.grid().toWorld(cache))) {
+          ++hidden;
+          seenThrough += isSeen ? 1 : 0;
+        } else {
+          ++open;
+          seen += isSeen ? 1 : 0;
+        }
+      }
+    }
+  }
+  std::printf("of %d open ways %d are seen, of %d hidden ones %d\n", open, seen, hidden, seenThrough);
+  EXPECT_GT(open, 10000);
+  EXPECT_GT(hidden, 300);
+  EXPECT_GT(seen, 0.97f * static_cast<float>(open));
+  EXPECT_LT(seenThrough, 0.1f * static_cast<float>(hidden));
 }
 
 TEST(LiveCaches, sameBytesOnTwoThreads) {

@@ -16,7 +16,7 @@ TEST_F(LiveObjects, rowsHaveRoomUpToTheDriversLimit) {
   GLint most = 0;
   functions->GetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
   for (const GLint wanted : {most / 2, most - most / 10, most}) {
-    gl::GrowingRows rows(*functions, gl::kBytes, 4);
+    gl::GrowingRows rows(*functions, gl::kWords, 4);
     EXPECT_TRUE(rows.reserve(static_cast<std::uint32_t>(wanted)));
     EXPECT_GE(rows.rows(), static_cast<std::uint32_t>(wanted));
     EXPECT_LE(rows.rows(), static_cast<std::uint32_t>(most));

@@ -13,7 +13,7 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kPlanesARow = RELUME_LIVE_PLANES_A_ROW, kCachesARow = RELUME_LIVE_CACHES_A_ROW;
+constexpr std::uint32_t kSubVoxelsARow = RELUME_LIVE_SUB_VOXELS_A_ROW, kCachesARow = RELUME_LIVE_CACHES_A_ROW;
 static_assert(RELUME_LIVE_MAX_VOLUMES == kMaxCascades && RELUME_LIVE_BLEND_CELLS == kBlendCells);
 constexpr std::uint32_t kTexels = 7;        // of a cache
 constexpr std::uint32_t kCoefficients = 9;  // of a channel
@@ -53,17 +53,17 @@ void addLight(const LiveCaches& light, LiveTexels& texels) {
 // Where the volume's layers are in the texture, which is as wide as the widest of all.
 void addCells(const CellSet& cells, const ResolvedVolume& volume, LiveTexels& texels) {
   const std::uint32_t caches = static_cast<std::uint32_t>(texels.light.size()),
-                      planes = static_cast<std::uint32_t>(texels.plane.size());
+                      first = static_cast<std::uint32_t>(texels.subVoxels.size());
   const std::vector<glm::uvec4> own = cellTexels(cells);
   for (std::uint32_t c = 0; c < own.size(); ++c) {
     const glm::ivec3 at = cells.grid.cellAt(c) + glm::ivec3(0, 0, volume.layer);
     glm::uvec4 texel = own[c];
-    texel.z += planes;
+    texel.z += first;
     if (texel.w != kInactive) texel.w += 64 * caches;
     texels.cell[static_cast<std::size_t>((at.z * texels.size.y + at.y) * texels.size.x + at.x)] = texel;
   }
-  const std::vector<std::array<std::int8_t, 4>> plane = cellPlanes(cells);
-  texels.plane.insert(texels.plane.end(), plane.begin(), plane.end());
+  const std::vector<glm::uvec4> subVoxels = subVoxelTexels(cells);
+  texels.subVoxels.insert(texels.subVoxels.end(), subVoxels.begin(), subVoxels.end());
 }
 
 }  // namespace
@@ -94,7 +94,7 @@ Result<LiveField> LiveField::create(const LiveGlNames& names) {
                  "OpenGL's textures have " + std::to_string(most) + " texels at most, 4096 expected"};
   LiveField field(names);
   field.cells_ = texture(GL_TEXTURE_3D);
-  field.planes_ = texture(GL_TEXTURE_2D);
+  field.subVoxels_ = texture(GL_TEXTURE_2D);
   field.light_ = texture(GL_TEXTURE_2D);
   return field;
 }
@@ -104,10 +104,10 @@ Status LiveField::upload(const LiveTexels& texels) {
   }
   volumes_.clear();
   const glm::ivec3& size = texels.size;
-  const std::uint32_t planeRows = rowsOf(texels.plane.size(), kPlanesARow),
+  const std::uint32_t subVoxelRows = rowsOf(texels.subVoxels.size(), kSubVoxelsARow),
                       lightRows = rowsOf(texels.light.size(), kCachesARow);
-  std::vector<std::array<std::int8_t, 4>> plane(texels.plane);
-  plane.resize(std::size_t{planeRows} * kPlanesARow);
+  std::vector<glm::uvec4> subVoxels(texels.subVoxels);
+  subVoxels.resize(std::size_t{subVoxelRows} * kSubVoxelsARow);
   std::vector<std::array<glm::vec4, kTexels>> light(texels.light);
   light.resize(std::size_t{lightRows} * kCachesARow);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
@@ -115,9 +115,9 @@ Status LiveField::upload(const LiveTexels& texels) {
   glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA32UI, size.x, size.y, size.z, 0, GL_RGBA_INTEGER, GL_UNSIGNED_INT,
                texels.cell.data());
   glBindTexture(GL_TEXTURE_3D, 0);
-  glBindTexture(GL_TEXTURE_2D, planes_.name());
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8I, kPlanesARow, static_cast<GLsizei>(planeRows), 0, GL_RGBA_INTEGER, GL_BYTE,
-               plane.data());
+  glBindTexture(GL_TEXTURE_2D, subVoxels_.name());
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32UI, kSubVoxelsARow, static_cast<GLsizei>(subVoxelRows), 0, GL_RGBA_INTEGER,
+               GL_UNSIGNED_INT, subVoxels.data());
   glBindTexture(GL_TEXTURE_2D, light_.name());
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, kTexels * kCachesARow, static_cast<GLsizei>(lightRows), 0, GL_RGBA,
                GL_FLOAT, light.data());
@@ -149,7 +149,7 @@ void LiveField::bind() const {
   glActiveTexture(GL_TEXTURE0 + names_.textureUnits[0]);
   glBindTexture(GL_TEXTURE_3D, cells_.name());
   glActiveTexture(GL_TEXTURE0 + names_.textureUnits[1]);
-  glBindTexture(GL_TEXTURE_2D, planes_.name());
+  glBindTexture(GL_TEXTURE_2D, subVoxels_.name());
   glActiveTexture(GL_TEXTURE0 + names_.textureUnits[2]);
   glBindTexture(GL_TEXTURE_2D, light_.name());
   glActiveTexture(GL_TEXTURE0);

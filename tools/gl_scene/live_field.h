@@ -17,12 +17,12 @@ namespace relume {
 
 // What the textures hold, copied so that another thread may go on with the light.
 struct LiveTexels {
-  std::vector<ResolvedVolume> volumes;            // from the outermost on
-  glm::ivec3 size{1};                             // of the cells' texture
-  std::vector<glm::uvec4> cell;                   // cellTexels() of all, numbers and slots counted through
-  std::vector<std::array<std::int8_t, 4>> plane;  // as CellSet::plane, of all
-  std::vector<std::array<glm::vec4, 7>> light;    // [Size caches] red, green and blue of nine coefficients, one after
-                                                  // the other, then the brightest ray's largest channel [W/m²/sr]
+  std::vector<ResolvedVolume> volumes;          // from the outermost on
+  glm::ivec3 size{1};                           // of the cells' texture
+  std::vector<glm::uvec4> cell;                 // cellTexels() of all, numbers and slots counted through
+  std::vector<glm::uvec4> subVoxels;            // subVoxelTexels() of all
+  std::vector<std::array<glm::vec4, 7>> light;  // [Size caches] red, green and blue of nine coefficients, one after
+                                                // the other, then the brightest ray's largest channel [W/m²/sr]
 };
 LiveTexels texelsOf(const NestedCaches& light);
 
@@ -42,7 +42,7 @@ class LiveField {
   explicit LiveField(const LiveGlNames& names) : names_(names) {}
 
   LiveGlNames names_;
-  GlTexture cells_, planes_, light_;
+  GlTexture cells_, subVoxels_, light_;
   std::vector<ResolvedVolume> volumes_;  // none where there is no light
 };
 
