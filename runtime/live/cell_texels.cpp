@@ -5,13 +5,6 @@
 #include <bit>
 
 namespace relume {
-namespace {
-
-glm::uvec2 wordsOf(std::uint64_t bits) {
-  return {static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(bits >> 32)};
-}
-
-}  // namespace
 
 std::vector<glm::uvec4> cellTexels(const CellSet& cells) {
   std::vector<glm::uvec4> texels;

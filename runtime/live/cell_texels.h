@@ -4,13 +4,18 @@
 
 #include "runtime/live/cell_set.h"
 
+#include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 namespace relume {
+
+// Bits of a brick as shaders read them, the lower ones first.
+inline glm::uvec2 wordsOf(std::uint64_t bits) {
+  return {static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(bits >> 32)};
+}
 
 // [Size cells] Bits of standing voxels that have sub-voxels in x and y; number of the first of them; its cache:
 // slot * 64 + voxel, kInactive = none.

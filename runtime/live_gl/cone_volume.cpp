@@ -3,6 +3,7 @@
 #include "runtime/live_gl/cone_volume.h"
 
 #include "runtime/cones/rsm_voxels.h"
+#include "runtime/live/cell_texels.h"
 #include "runtime/live_gl/live_objects.h"
 #include "runtime/shared/chunks.h"
 
@@ -40,7 +41,7 @@ void ConeVolume::findVoxels(const VoxelVolume& volume) {
   cellTexels_.resize(grid_.cellCount());
   std::uint32_t count = 0;
   for (std::uint32_t c = 0; c < cellTexels_.size(); ++c) {
-    cellTexels_[c] = {static_cast<std::uint32_t>(bits[c]), static_cast<std::uint32_t>(bits[c] >> 32), count, 0};
+    cellTexels_[c] = glm::uvec4(wordsOf(bits[c]), count, 0);
     count += static_cast<std::uint32_t>(std::popcount(bits[c]));
   }
   const std::vector<float> areas = volume.areas();

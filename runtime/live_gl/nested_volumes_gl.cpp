@@ -27,10 +27,6 @@ std::uint32_t subVoxelsOf(const VoxelVolume& volume) {
   return static_cast<std::uint32_t>(volume.standing().subVoxels.of.size() + volume.moving().subVoxels.of.size());
 }
 
-glm::uvec2 wordsOf(std::uint64_t bits) {
-  return {static_cast<std::uint32_t>(bits), static_cast<std::uint32_t>(bits >> 32)};
-}
-
 }  // namespace
 
 // What a volume changes to; cells: nothing where it stays.
