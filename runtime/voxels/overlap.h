@@ -7,8 +7,8 @@
 //   |N . (c - v0)| <= h max |N_i|                                      the plane passes the voxel's middle
 //   e . (c - v) + h max |e_i| >= 0 in each of three projections        e: inward normal of each edge at v
 // Edges are at most 512 steps, so that |N_i| <= 2^19, |c - v| <= 544 and all sums stay below 2^31. Sub-voxels by the
-// same tests, h = 8: along the axis N_a = max |N_i|, a row of them has one that the plane passes, or two where it
-// passes between them, at k = floor(v0_a / 16 - (N_u d_u + N_v d_v) / (16 N_a)), d = c - v0.
+// same tests, h = 8. Along the axis a of N_a = max |N_i| a row of either has one that the plane passes, or two where it
+// passes between them, at k = floor(v0_a / 2h - (N_u d_u + N_v d_v) / (2h N_a)), d = c - v0.
 #pragma once
 
 #include "runtime/voxels/snap_triangles.h"
@@ -16,6 +16,7 @@
 
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vector_relational.hpp>
 
 #include <algorithm>
 #include <array>
@@ -149,6 +150,7 @@ class TriangleOverlap {
     const glm::ivec3 first =
         glm::max((glm::min(corner_[0], glm::min(corner_[1], corner_[2])) - 1) >> kShift, turned(lowest));
     const glm::ivec3 last = glm::min(glm::max(corner_[0], glm::max(corner_[1], corner_[2])) >> kShift, turned(highest));
+    if (glm::any(glm::greaterThan(first, last))) return;
     const int sign = normal_.z < 0 ? -1 : 1, step = kSteps * std::abs(normal_.z),
               begin = std::abs(normal_.z) * (corner_[0].z - kSteps * first.z);
     glm::ivec3 s;
