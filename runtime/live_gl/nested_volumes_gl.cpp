@@ -76,8 +76,9 @@ Status NestedVolumesGl::checkSize(std::span<const VoxelVolume> volumes) const {
       rowsOf(subVoxels, RELUME_LIVE_SUB_VOXELS_A_ROW) >= device.imageSide ||
       (volumes.size() > 1 && LitSides::rowsOfSides(sides) >= device.imageSide))
     return Error{ErrorCode::unsupported, "live light: this OpenGL's textures are too small for " +
-                                             std::to_string(side) + " cells along a side and " + std::to_string(sides) +
-                                             " sides of voxels"};
+                                             std::to_string(side) + " cells along a side, " + std::to_string(sides) +
+                                             " sides of voxels and " + std::to_string(subVoxels) +
+                                             " voxels with sub-voxels; use fewer cells or fewer volumes"};
   return done();
 }
 

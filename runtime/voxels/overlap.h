@@ -23,23 +23,19 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
-#include <utility>
 
 namespace relume {
 
 class TriangleOverlap {
  public:
   explicit TriangleOverlap(const SnappedTriangle& t) {
-    const auto edgeTo = [&t](std::size_t i) {
-      return glm::ivec3(t.corner[i][0] - t.corner[0][0], t.corner[i][1] - t.corner[0][1],
-                        t.corner[i][2] - t.corner[0][2]);
-    };
-    const glm::ivec3 a = edgeTo(1), b = edgeTo(2),
+    for (std::size_t c = 0; c < 3; ++c) corner_[c] = {t.corner[c][0], t.corner[c][1], t.corner[c][2]};
+    const glm::ivec3 a = corner_[1] - corner_[0], b = corner_[2] - corner_[0],
                      normal(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x),
                      size = glm::abs(normal);
     steepest_ = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
     normal_ = turned(normal);
-    for (std::size_t c = 0; c < 3; ++c) corner_[c] = turned({t.corner[c][0], t.corner[c][1], t.corner[c][2]});
+    for (glm::ivec3& corner : corner_) corner = turned(corner);
     for (std::size_t c = 0; c < 3; ++c) {
       const glm::ivec3 &from = corner_[c], edge = corner_[(c + 1) % 3] - from;
       along_[0][c] = {from.y, from.z, edge.y, edge.z, normal_.x < 0};
@@ -51,12 +47,12 @@ class TriangleOverlap {
   // visit(voxel) for each that is overlapped, within the grid.
   template <class Visit>
   void visit(const VolumeGrid& grid, const Visit& visit) const {
-    visitWithin(glm::ivec3(0), grid.voxels() - 1, visit);
+    visitEach<kVoxelShift>(glm::ivec3(0), grid.voxels() - 1, visit);
   }
   // The same within the grid or not.
   template <class Visit>
   void visitAll(const Visit& visit) const {
-    visitWithin(glm::ivec3(INT16_MIN), glm::ivec3(INT16_MAX), visit);
+    visitEach<kVoxelShift>(glm::ivec3(INT16_MIN), glm::ivec3(INT16_MAX), visit);
   }
   // visit(voxel, brickBit() of sub-voxels that are overlapped), within the grid; a voxel may come several times.
   template <class Visit>
@@ -115,9 +111,9 @@ class TriangleOverlap {
   // Of an edge in a projection along an axis: u p_u + v p_v + offset >= 0 inside.
   struct Edge {
     Edge() = default;
-    Edge(int fromU, int fromV, int edgeU, int edgeV, bool isTurned)
-        : u(isTurned ? edgeV : -edgeV),
-          v(isTurned ? -edgeU : edgeU),
+    Edge(int fromU, int fromV, int edgeU, int edgeV, bool facesAway)
+        : u(facesAway ? edgeV : -edgeV),
+          v(facesAway ? -edgeU : edgeU),
           offset(-u * fromU - v * fromV),
           longest(std::max(std::abs(u), std::abs(v))) {}
     int u = 0, v = 0, offset = 0, longest = 0;  // longest: the larger of |u| and |v|
@@ -139,10 +135,6 @@ class TriangleOverlap {
     return true;
   }
 
-  template <class Visit>
-  void visitWithin(const glm::ivec3& lowest, const glm::ivec3& highest, const Visit& visit) const {
-    visitEach<kVoxelShift>(lowest, highest, visit);
-  }
   // visit(cube) for each cube of 1 << kShift steps within [lowest, highest] that is overlapped.
   template <int kShift, class Visit>
   void visitEach(const glm::ivec3& lowest, const glm::ivec3& highest, const Visit& visit) const {
