@@ -34,6 +34,7 @@ constexpr std::uint32_t kMostRays = 65536;
 constexpr float kCoarsest = 1.0f;      // accuracy of the first picture under a time limit
 constexpr float kFarthest = 4.0f;      // times the accuracy up to which records reach out for pixels that have none
 constexpr float kFiner = 2.0f / 3.0f;  // times the accuracy where few records do
+constexpr float kMoreRays = 16.0f / 9.0f, kSimplest = 2.0f;  // times the rays there, and twice as many for half of few
 constexpr float kGrowth = 1.41421356f;
 
 double secondsSince(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
@@ -75,12 +76,15 @@ std::vector<float> accuraciesOf(const PreviewOptions& options) {
   return list;
 }
 
-// What takes the time that a simple picture leaves: more records of more rays.
-PreviewOptions finerThan(const PreviewOptions& options) {
+// What takes the time that a picture of so few records leaves: more of them, and more rays for each, up to the same
+// sum.
+PreviewOptions finerThan(const PreviewOptions& options, std::size_t records) {
   PreviewOptions finer = options;
   finer.fewRecords = 0;
   finer.accuracy = std::max(kLeastAccuracy, kFiner * options.accuracy);
-  finer.rays = std::min(kMostRays, options.rays * 16 / 9);
+  const float simple = static_cast<float>(options.fewRecords) / static_cast<float>(std::max<std::size_t>(1, records));
+  finer.rays = std::min(kMostRays, static_cast<std::uint32_t>(static_cast<float>(options.rays) * kMoreRays *
+                                                              std::clamp(simple, 1.0f, kSimplest)));
   return finer;
 }
 
@@ -368,7 +372,7 @@ Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance&
     // Records of before are of this picture's accuracy as well, and would stay as they are.
     raysBefore = gatherer->raysTraced();
     const double first = frame.firstSeconds;
-    const PreviewOptions finer = finerThan(options);
+    const PreviewOptions finer = finerThan(options, cache.size());
     gatherer.emplace(scene.transport, reflected, scene.sky, gatherOptions(finer));
     cache.clear();
     placed = place(*gatherer, camera, lit, scene.draw, nullptr, finer, cache, frame, context);

@@ -29,7 +29,7 @@ struct PreviewOptions {
   std::uint32_t samples = 4;                // [1..16] sub-pixels along a side, box filter
   float accuracy = 0.15f;                   // [0.02..2] a of RCS: 0.15 and 0.1 in the paper, 0.5 while moving
   std::uint32_t rays = 1024;                // [16..65536] a record casts
-  std::uint32_t fewRecords = 0;             // where fewer do, 16/9 of `rays` and two thirds of `accuracy`; 0 = never
+  std::uint32_t fewRecords = 0;             // where fewer do: 2/3 of `accuracy`, 16/9 to 32/9 of `rays`; 0 = never
   float contrast = 0.1f;  // [0.001..10] by how much of its light records may differ at a pixel (adapt_reach.h)
   int rounds = 6;         // [0..16] in which those that differ by more are replaced; 0 = never, the paper's way
   RecordWeight weight = RecordWeight::smooth;

@@ -50,6 +50,12 @@ class Shader {
     glm::vec3 albedo;
     MirrorSurface mirror;
   };
+  // What emitters send a pixel, by the points that are drawn on them.
+  struct EmitterSums {
+    glm::vec3 arriving{0.0f}, open{0.0f};  // [W/m²] summed: with what is in the way, and without, and without textures
+    glm::vec3 reflected{0.0f};             // [W/m²/sr] of `arriving`, by the pixel's box filter
+    glm::vec3 noise{0.0f};                 // [W/m²/sr] likewise of `open`, less what that is in closed form
+  };
   // Memory of one thread.
   struct Scratch {
     std::vector<Ray> rays;
@@ -57,6 +63,7 @@ class Shader {
     std::vector<Sample> samples;
     std::vector<glm::vec3> position, normal, direct;  // [Size samples] the last: irradiance by punctual lights
     std::vector<float> chances;
+    std::vector<EmitterSums> emitters;  // [Size pixels of a span]
     MirrorShader::Scratch mirror;
   };
 
@@ -91,10 +98,14 @@ class Shader {
     findSamples(std::size_t{y} * frame_.width + begin, scratch);
     scratch.direct.resize(scratch.samples.size());
     directIrradiance(in_.scene.drawn, in_.scene.lights, scratch.position, scratch.normal, scratch.direct);
+    scratch.emitters.assign(end - begin, {});
     for (std::size_t i = 0; i < scratch.samples.size() && !context.cancelled(); ++i) {
       const auto ray = static_cast<std::uint32_t>(scratch.samples[i].ray);
-      addSample(begin + ray / count, y, ray % count, scratch.samples[i], scratch.direct[i], scratch);
+      addSample(begin + ray / count, y, ray % count, scratch.samples[i], scratch.direct[i],
+                scratch.emitters[ray / count], scratch);
     }
+    for (std::uint32_t x = begin; x < end; ++x)
+      frame_.straight[std::size_t{y} * frame_.width + x] += withoutNoise(scratch.emitters[x - begin]);
   }
 
   // What the rays end on, but for the sky, which is added to the pixels from `first` on.
@@ -126,7 +137,7 @@ class Shader {
 
   // direct: irradiance by punctual lights.
   void addSample(std::uint32_t x, std::uint32_t y, std::uint32_t sample, const Sample& shown, const glm::vec3& direct,
-                 Scratch& scratch) const {
+                 EmitterSums& sums, Scratch& scratch) const {
     const std::size_t pixel = std::size_t{y} * frame_.width + x;
     const float weight = 1.0f / static_cast<float>(in_.options.samples * in_.options.samples);
     const Scene& scene = in_.scene.drawn.scene();
@@ -137,9 +148,13 @@ class Shader {
     const glm::vec3 reflected = weight * kInvPi * albedo;
     const Splat light = mirrors_ && albedo == glm::vec3(0.0f) ? Splat{} : indirectAt(x, y, receiver);
     const EmitterLight emitted = fromEmitters(pixel, sample, receiver, mirror, scratch.chances);
+    sums.arriving += emitted.irradiance;
+    sums.open += emitted.open;
+    sums.reflected += reflected * emitted.irradiance;
+    sums.noise += reflected * (emitted.open - emitted.inClosedForm);
     frame_.albedo[pixel] += weight * albedo;
     frame_.bounced[pixel] += reflected * light.reflected;
-    frame_.straight[pixel] += reflected * (light.sky + emitted.irradiance);
+    frame_.straight[pixel] += reflected * light.sky;
     frame_.direct[pixel] += reflected * direct;
     if (mirrors_) addMirrored(x, y, sample, receiver, mirror, emitted.mirrored, scratch.mirror);
     if (in_.emitters != nullptr && (!hit.back || scene.bothSides(scene.instances[hit.instance], hit.triangle)))
@@ -200,9 +215,22 @@ class Shader {
   }
 
   struct EmitterLight {
-    glm::vec3 irradiance{0.0f};  // [W/m²]
-    glm::vec3 mirrored{0.0f};    // [W/m²/sr] mean radiance in a lobe that records carry
+    glm::vec3 irradiance{0.0f};    // [W/m²]
+    glm::vec3 open{0.0f};          // [W/m²] by the same points, if nothing were in the way
+    glm::vec3 inClosedForm{0.0f};  // [W/m²] what `open` is an estimate of
+    glm::vec3 mirrored{0.0f};      // [W/m²/sr] mean radiance in a lobe that records carry
   };
+
+  // The light of emitters less the noise that it has without anything in the way, in proportion to what arrives. Where
+  // all arrives the closed form is left (Heitz, Hill, McGuire, "Combining Analytic Direct Illumination and Stochastic
+  // Shadows", I3D 2018); where none does, nothing changes.
+  static glm::vec3 withoutNoise(const EmitterSums& sums) {
+    glm::vec3 light = sums.reflected;
+    for (int c = 0; c < 3; ++c) {
+      if (sums.open[c] > 0.0f) light[c] = std::max(0.0f, light[c] - sums.arriving[c] / sums.open[c] * sums.noise[c]);
+    }
+    return light;
+  }
 
   // Light by points on emitters, stratified over the pixel's samples. Runs of consecutive points, which share a
   // triangle, are spread over it as a (0, 2) sequence; a random bit mask for each pixel keeps its pattern from showing.
@@ -219,6 +247,7 @@ class Shader {
     const float lobe = mirror.byRecords()
                            ? in_.mirrors->lobes.integral(mirror.exponent, glm::dot(mirror.axis, r.geometricNormal))
                            : 0.0f;
+    const bool known = in_.emitters->knowsOpenIrradiance();
     in_.emitters->aim(origin, r.litNormal(), chances);
     for (std::uint32_t k = 0; k < each; ++k) {
       const std::uint32_t i = (first + sample + k * samples) % count;
@@ -229,11 +258,14 @@ class Shader {
           connectEmitter(in_.scene.transport, point, origin, r.litNormal(), r.geometricNormal);
       const glm::vec3 irradiance = seen.irradiance();
       light.irradiance += irradiance;
+      if (known) light.open += seen.openIrradiance();
       if (lobe <= 0.0f || irradiance == glm::vec3(0.0f)) continue;
       const float toward = glm::dot(glm::normalize(point.position - origin), mirror.axis);
       if (toward > 0.0f) light.mirrored += irradiance * (std::pow(toward, mirror.exponent) / (lobe * seen.cosine));
     }
     light.irradiance /= static_cast<float>(each);
+    light.open /= static_cast<float>(each);
+    if (known) light.inClosedForm = in_.emitters->openIrradiance(origin, r.litNormal(), r.geometricNormal);
     light.mirrored /= static_cast<float>(each);
     return light;
   }

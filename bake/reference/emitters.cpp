@@ -3,6 +3,7 @@
 // triangles of a material thus have one density per area, textures or not, and a hit finds its density by instance.
 #include "bake/reference/emitters.h"
 
+#include "bake/reference/polygon_light.h"
 #include "formats/color.h"
 
 #include <glm/geometric.hpp>
@@ -32,7 +33,7 @@ EmittingTriangles::EmittingTriangles(const Scene& scene, RayGeometry geometry)
       cumulative_.push_back(total);
       if (few_.size() <= kMaxAimed)
         few_.push_back({(c[0] + c[1] + c[2]) / 3.0f, geometricNormal(scene, {i, t, glm::vec2(1.0f / 3.0f)}), area,
-                        area * weight, scene.bothSides(instance, t)});
+                        area * weight, scene.material(instance).emission, scene.bothSides(instance, t)});
     }
     perInstance_[i] = weight;
   }
@@ -63,6 +64,7 @@ EmitterSample EmittingTriangles::pointOn(std::size_t k, const glm::vec2& v) cons
   const auto c = scene_.corners(instance, p.triangle);
   s.position = c[0] + (c[1] - c[0]) * p.barycentric.x + (c[2] - c[0]) * p.barycentric.y;
   s.normal = geometricNormal(scene_, p);
+  s.emission = scene_.material(instance).emission;
   s.radiance = opaqueAt(scene_, p) ? emissionAt(scene_, p) : glm::vec3(0.0f);
   s.bothSides = scene_.bothSides(instance, p.triangle);
   s.density = perInstance_[p.instance];
@@ -99,16 +101,33 @@ EmitterSample EmittingTriangles::sample(std::span<const float> chances, double u
   return s;
 }
 
+glm::vec3 EmittingTriangles::openIrradiance(const glm::vec3& positionWorld, const glm::vec3& shading,
+                                            const glm::vec3& geometric) const {
+  glm::vec3 sum(0.0f);
+  for (std::size_t k = 0; k < few_.size(); ++k) {
+    const Triangle& t = few_[k];
+    if (!t.bothSides && glm::dot(positionWorld - t.center, t.normal) <= 0.0f) continue;
+    auto corners = scene_.corners(scene_.instances[instance_[k]], triangle_[k]);
+    for (glm::vec3& corner : corners) corner -= positionWorld;
+    sum += t.emission * openTriangleLight(corners, shading, geometric);
+  }
+  return sum;
+}
+
 float EmittingTriangles::density(const SurfacePoint& p) const { return perInstance_[p.instance]; }
 
-glm::vec3 EmitterConnection::irradiance() const {
-  if (radiance == glm::vec3(0.0f)) return radiance;
-  return radiance * (cosine * cosEmitter / (distance * distance * density));
+float EmitterConnection::solidAngle() const {
+  return cosine > 0.0f ? cosine * cosEmitter / (distance * distance * density) : 0.0f;
 }
+
+glm::vec3 EmitterConnection::irradiance() const { return radiance * solidAngle(); }
+
+glm::vec3 EmitterConnection::openIrradiance() const { return emission * solidAngle(); }
 
 EmitterConnection connectEmitter(const RayTracer& tracer, const EmitterSample& s, const glm::vec3& origin,
                                  const glm::vec3& shading, const glm::vec3& geometric) {
   EmitterConnection c;
+  if (!(s.density > 0.0f)) return c;
   const bool behind = glm::dot(s.position - origin, s.normal) > 0.0f;
   if (behind && !s.bothSides) return c;
   const glm::vec3 facing = behind ? -s.normal : s.normal;
@@ -117,12 +136,13 @@ EmitterConnection connectEmitter(const RayTracer& tracer, const EmitterSample& s
   c.distance = glm::length(path);
   if (!(c.distance > 0.0f)) return c;
   const glm::vec3 direction = path / c.distance;
-  c.cosine = glm::dot(shading, direction);
+  const float cosine = glm::dot(shading, direction);
   c.cosEmitter = -glm::dot(facing, direction);
-  if (c.cosine <= 0.0f || c.cosEmitter <= 0.0f || glm::dot(geometric, direction) <= 0.0f) return c;
-  if (tracer.occluded({origin, 0.0f, direction, c.distance})) return c;
+  if (cosine <= 0.0f || c.cosEmitter <= 0.0f || glm::dot(geometric, direction) <= 0.0f) return c;
+  c.cosine = cosine;
   c.density = s.density;
-  c.radiance = s.radiance;
+  c.emission = s.emission;
+  if (!tracer.occluded({origin, 0.0f, direction, c.distance})) c.radiance = s.radiance;
   return c;
 }
 

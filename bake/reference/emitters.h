@@ -18,6 +18,7 @@ struct EmitterSample {
   glm::vec3 position{0.0f};  // [m]
   glm::vec3 normal{0.0f};    // unit, geometric, front side
   glm::vec3 radiance{0.0f};  // [W/m²/sr] of the side it emits from
+  glm::vec3 emission{0.0f};  // [W/m²/sr] the material's factor: the same without textures
   bool bothSides = false;
   float density = 0.0f;  // [1/m²] probability per area
 };
@@ -38,6 +39,12 @@ class EmittingTriangles {
   void aim(const glm::vec3& positionWorld, const glm::vec3& normal, std::vector<float>& chances) const;
   EmitterSample sample(std::span<const float> chances, double u, const glm::vec2& v) const;
   static constexpr std::size_t kMaxAimed = 64;  // triangles
+  // [W/m²] Irradiance if nothing were in the way and no emitter had a texture, in closed form: what means of many
+  // connections' openIrradiance() come to. Normals must be unit. Not known where there are more than kMaxOpen
+  // triangles.
+  bool knowsOpenIrradiance() const { return !few_.empty() && few_.size() <= kMaxOpen; }
+  glm::vec3 openIrradiance(const glm::vec3& positionWorld, const glm::vec3& shading, const glm::vec3& geometric) const;
+  static constexpr std::size_t kMaxOpen = 16;  // triangles: 0.2 us each
   // [1/m²] probability per area with which sample() finds this point; 0 where nothing emits.
   float density(const SurfacePoint& p) const;
 
@@ -46,6 +53,7 @@ class EmittingTriangles {
     glm::vec3 center, normal;  // [m]; unit, front side
     float area;                // [m²]
     float power;               // area x luminance
+    glm::vec3 emission;        // [W/m²/sr] the material's factor
     bool bothSides;
   };
   EmitterSample pointOn(std::size_t k, const glm::vec2& v) const;
@@ -59,14 +67,20 @@ class EmittingTriangles {
 
 // How a point that was drawn on an emitter is seen from a surface.
 struct EmitterConnection {
-  glm::vec3 radiance{0.0f};  // [W/m²/sr] toward the surface; zero: nothing arrives, and the rest has no meaning
-  float cosine = 0.0f;       // at the surface
+  glm::vec3 radiance{0.0f};  // [W/m²/sr] toward the surface; zero where something is in the way
+  glm::vec3 emission{0.0f};  // [W/m²/sr] the material's factor, whatever is in the way
+  float cosine = 0.0f;       // at the surface; zero: the two do not face each other, and nothing else has a meaning
   float cosEmitter = 0.0f;   // at the emitter
   float distance = 0.0f;     // [m]
   float density = 0.0f;      // [1/m²] probability per area
 
   // [W/m²] Irradiance over the probability of having drawn the point: L cos cosEmitter / (d² density).
   glm::vec3 irradiance() const;
+  // [W/m²] The same if nothing were in the way and the emitter had no texture.
+  glm::vec3 openIrradiance() const;
+
+ private:
+  float solidAngle() const;  // [sr] projected, over the probability
 };
 
 // Connect a sample with a surface by a shadow ray from `origin`, which lies a little off it. Normals must be unit.

@@ -232,7 +232,7 @@ void addRecordOptions(CLI::App& command, PreviewArguments& a) {
   command
       .add_option("--accuracy", a.accuracy,
                   "how far records reach, as a share of the distance to what they see: less is more exact and slower; "
-                  "by default 0.15, and where few records do for that 0.1 with 1024 rays each")
+                  "by default 0.15, and where few records do for that 0.1 with 1024 to 2048 rays each")
       ->check(numberFrom(0.02, 2.0))
       ->group(group);
   command
