@@ -76,8 +76,7 @@ std::vector<float> accuraciesOf(const PreviewOptions& options) {
   return list;
 }
 
-// What takes the time that a picture of so few records leaves: more of them, and more rays for each, up to the same
-// sum.
+// What takes the time that a picture of few records leaves: more of them, of more rays, the more the fewer they were.
 PreviewOptions finerThan(const PreviewOptions& options, std::size_t records) {
   PreviewOptions finer = options;
   finer.fewRecords = 0;
