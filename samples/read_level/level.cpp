@@ -7,9 +7,11 @@
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/matrix.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <stdexcept>
 
 #include <tiny_gltf.h>
@@ -54,23 +56,36 @@ struct Loader {
     }
   }
 
-  // The accessor of an attribute; null where a primitive has none of it.
-  const tinygltf::Accessor* find(const tinygltf::Primitive& primitive, const std::string& name) const {
-    const auto found = primitive.attributes.find(name);
-    return found == primitive.attributes.end() ? nullptr : &model.accessors.at(static_cast<std::size_t>(found->second));
+  // The accessor of an attribute; null where a primitive or a morph target has none of it.
+  const tinygltf::Accessor* find(const std::map<std::string, int>& attributes, const std::string& name) const {
+    const auto found = attributes.find(name);
+    return found == attributes.end() ? nullptr : &model.accessors.at(static_cast<std::size_t>(found->second));
   }
 
-  void addPrimitive(const tinygltf::Primitive& primitive, const glm::mat4& worldFromNode) {
-    const tinygltf::Accessor* const position = find(primitive, "POSITION");
-    const tinygltf::Accessor* const normal = find(primitive, "NORMAL");
-    const tinygltf::Accessor* const uv = find(primitive, "TEXCOORD_0");
-    const tinygltf::Accessor* const map = find(primitive, "TEXCOORD_" + std::to_string(lightmapSet));
+  // A vertex's position or normal as morph targets bend it. weights: of the targets, those that are missing are 0.
+  glm::vec3 bent(const tinygltf::Primitive& primitive, const char* name, std::size_t i,
+                 const std::vector<double>& weights) const {
+    const tinygltf::Accessor* const base = find(primitive.attributes, name);
+    glm::dvec3 v(number(*base, i, 0), number(*base, i, 1), number(*base, i, 2));
+    for (std::size_t t = 0; t < std::min(weights.size(), primitive.targets.size()); ++t) {
+      const tinygltf::Accessor* const delta = weights[t] != 0.0 ? find(primitive.targets[t], name) : nullptr;
+      if (delta == nullptr) continue;
+      v += weights[t] * glm::dvec3(number(*delta, i, 0), number(*delta, i, 1), number(*delta, i, 2));
+    }
+    return glm::vec3(v);
+  }
+
+  void addPrimitive(const tinygltf::Primitive& primitive, const glm::mat4& worldFromNode,
+                    const std::vector<double>& weights) {
+    const tinygltf::Accessor* const position = find(primitive.attributes, "POSITION");
+    const tinygltf::Accessor* const normal = find(primitive.attributes, "NORMAL");
+    const tinygltf::Accessor* const uv = find(primitive.attributes, "TEXCOORD_0");
+    const tinygltf::Accessor* const map = find(primitive.attributes, "TEXCOORD_" + std::to_string(lightmapSet));
     if (primitive.mode != TINYGLTF_MODE_TRIANGLES || position == nullptr || normal == nullptr) return;
     const auto first = static_cast<std::uint32_t>(level.vertices.size());
     const glm::mat3 normalMatrix = glm::transpose(glm::inverse(glm::mat3(worldFromNode)));
     for (std::size_t i = 0; i < position->count; ++i) {
-      const glm::vec3 p(number(*position, i, 0), number(*position, i, 1), number(*position, i, 2));
-      const glm::vec3 n(number(*normal, i, 0), number(*normal, i, 1), number(*normal, i, 2));
+      const glm::vec3 p = bent(primitive, "POSITION", i, weights), n = bent(primitive, "NORMAL", i, weights);
       Vertex v{glm::vec3(worldFromNode * glm::vec4(p, 1.0f)), glm::normalize(normalMatrix * n), {}, {65535, 65535}};
       if (uv != nullptr) v.uv = {number(*uv, i, 0), number(*uv, i, 1)};
       for (std::size_t c = 0; map != nullptr && c < 2; ++c)
@@ -102,8 +117,9 @@ struct Loader {
     }
     const glm::mat4 world = worldFromParent * local;
     if (node.mesh >= 0) {
-      for (const tinygltf::Primitive& primitive : model.meshes.at(static_cast<std::size_t>(node.mesh)).primitives)
-        addPrimitive(primitive, world);
+      const tinygltf::Mesh& mesh = model.meshes.at(static_cast<std::size_t>(node.mesh));
+      for (const tinygltf::Primitive& primitive : mesh.primitives)
+        addPrimitive(primitive, world, node.weights.empty() ? mesh.weights : node.weights);
     }
     if (node.camera >= 0 && level.worldFromCamera == glm::mat4(1.0f)) {
       level.worldFromCamera = world;
