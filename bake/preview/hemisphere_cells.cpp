@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 // See hemisphere_cells.h. Both tables are integrals along the borders of cells, each walked once as a chain of short
-// arcs. Lambert's: Int over a cell of omega d omega = 1/2 Int along its border of omega x d omega, the cell on the
-// left. With the cell on the left, m points to the right of the way: m ds = -omega x d omega.
+// arcs. Lambert's (triangle_light.h): Int over a cell of omega d omega = 1/2 Int along its border of omega x d omega,
+// the cell on the left. With the cell on the left, m points to the right of the way: m ds = -omega x d omega.
 #include "bake/preview/hemisphere_cells.h"
 
 #include "bake/links/directions.h"
+#include "bake/reference/triangle_light.h"
 
 #include <glm/geometric.hpp>
 
@@ -24,10 +25,8 @@ struct Walk {
   glm::dvec2 weighed{0.0};
 
   void arc(const glm::dvec3& from, const glm::dvec3& to) {
-    const glm::dvec3 across = glm::cross(from, to);
-    const double sine = glm::length(across);
-    if (sine == 0.0) return;
-    const glm::dvec3 step = across * (std::atan2(sine, glm::dot(from, to)) / sine);
+    const glm::dvec3 step = lambertArc(from, to);
+    if (step == glm::dvec3(0.0)) return;
     const glm::dvec3 middle = glm::normalize(from + to);
     lambert += step;
     // Simpson's rule for the cosine.

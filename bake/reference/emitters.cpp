@@ -3,7 +3,7 @@
 // triangles of a material thus have one density per area, textures or not, and a hit finds its density by instance.
 #include "bake/reference/emitters.h"
 
-#include "bake/reference/polygon_light.h"
+#include "bake/reference/triangle_light.h"
 #include "formats/color.h"
 
 #include <glm/geometric.hpp>

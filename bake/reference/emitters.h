@@ -44,7 +44,7 @@ class EmittingTriangles {
   // triangles.
   bool knowsOpenIrradiance() const { return !few_.empty() && few_.size() <= kMaxOpen; }
   glm::vec3 openIrradiance(const glm::vec3& positionWorld, const glm::vec3& shading, const glm::vec3& geometric) const;
-  static constexpr std::size_t kMaxOpen = 16;  // triangles: 0.2 us each
+  static constexpr std::size_t kMaxOpen = 16;  // triangles
   // [1/m²] probability per area with which sample() finds this point; 0 where nothing emits.
   float density(const SurfacePoint& p) const;
 

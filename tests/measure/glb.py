@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What scripts of tests/measure do with levels: read a .glb of one buffer, change its JSON, add a mesh, write it."""
+"""What scripts of tests do with levels: read a .glb of one buffer, change its JSON, add a mesh, write it."""
 import json
 import pathlib
 import struct

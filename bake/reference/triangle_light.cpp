@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See polygon_light.h. In double: for a triangle that is small from afar the edges' terms all but cancel.
-#include "bake/reference/polygon_light.h"
+// See triangle_light.h. In double: for a triangle that is small from afar the edges' terms all but cancel.
+#include "bake/reference/triangle_light.h"
 
 #include <glm/geometric.hpp>
 
@@ -31,20 +31,20 @@ Convex cutAbove(const Convex& whole, const glm::dvec3& normal) {
 
 }  // namespace
 
+glm::dvec3 lambertArc(const glm::dvec3& from, const glm::dvec3& to) {
+  const glm::dvec3 across = glm::cross(from, to);
+  const double sine = glm::length(across);
+  return sine > 0.0 ? across * (std::atan2(sine, glm::dot(from, to)) / sine) : glm::dvec3(0.0);
+}
+
 float openTriangleLight(const std::array<glm::vec3, 3>& corners, const glm::vec3& shading, const glm::vec3& geometric) {
   Convex seen;
   for (const glm::vec3& c : corners) seen.add(c);
   seen = cutAbove(seen, shading);
   if (geometric != shading) seen = cutAbove(seen, geometric);
-  // Half the sum of each edge's angle times the cosine between its plane's normal and the surface's.
-  double twice = 0.0;
-  for (std::size_t i = 0; i < seen.count; ++i) {
-    const glm::dvec3 &a = seen.corner[i], &b = seen.corner[(i + 1) % seen.count];
-    const glm::dvec3 across = glm::cross(a, b);
-    const double sine = glm::length(across);
-    if (sine > 0.0) twice += std::atan2(sine, glm::dot(a, b)) / sine * glm::dot(across, glm::dvec3(shading));
-  }
-  return static_cast<float>(0.5 * std::abs(twice));
+  glm::dvec3 twice(0.0);
+  for (std::size_t i = 0; i < seen.count; ++i) twice += lambertArc(seen.corner[i], seen.corner[(i + 1) % seen.count]);
+  return static_cast<float>(0.5 * std::abs(glm::dot(twice, glm::dvec3(shading))));
 }
 
 }  // namespace relume

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Light of emitters in closed form: Lambert's formula against textbooks' and against sums over small patches.
-#include "bake/reference/polygon_light.h"
+#include "bake/reference/triangle_light.h"
 #include "bake/reference/emitters.h"
 #include "relume/bake/context.h"
 #include "tests/rays/make_scene.h"
@@ -48,7 +48,7 @@ double sumOverPatches(const std::array<glm::vec3, 3>& corners, const glm::vec3& 
 
 // A point across from a rectangle's corner, and one on a wall at a right angle to it: Siegel and Howell's factors C-11
 // and C-12.
-TEST(PolygonLight, rectanglesHaveTheirConfigurationFactors) {
+TEST(TriangleLight, rectanglesHaveTheirConfigurationFactors) {
   for (const auto& [x, y] : {std::array{1.0, 1.0}, std::array{0.2, 3.0}, std::array{40.0, 25.0}}) {
     const double rx = std::sqrt(1 + x * x), ry = std::sqrt(1 + y * y);
     const double parallel = 0.5 * (x / rx * std::atan(y / rx) + y / ry * std::atan(x / ry));
@@ -61,7 +61,7 @@ TEST(PolygonLight, rectanglesHaveTheirConfigurationFactors) {
 }
 
 // Parts below the horizon, of either normal, send nothing.
-TEST(PolygonLight, horizonsCut) {
+TEST(TriangleLight, horizonsCut) {
   const std::array<glm::vec3, 3> corners{glm::vec3(-3, -1, 2), glm::vec3(4, -2, 1), glm::vec3(1, 5, 0.5f)};
   const glm::vec3 up(0, 0, 1), aside = glm::normalize(glm::vec3(1, 0.4f, 0.3f)),
                                other = glm::normalize(glm::vec3(-0.2f, 1, 0.1f));
@@ -74,8 +74,8 @@ TEST(PolygonLight, horizonsCut) {
   EXPECT_EQ(openTriangleLight(corners, -up, -up), 0.0f);
 }
 
-// cos cos' A / d², to six digits from a kilometre.
-TEST(PolygonLight, fromAfarATriangleIsAPoint) {
+// cos cos' A / d² from a kilometre, as far as corners are floats.
+TEST(TriangleLight, fromAfarATriangleIsAPoint) {
   const glm::vec3 middle(300, -400, 866), b(0.3f, 0, 0), c(0, 0.2f, 0);
   const std::array<glm::vec3, 3> corners{middle - (b + c) / 3.0f, middle + (2.0f * b - c) / 3.0f,
                                          middle + (2.0f * c - b) / 3.0f};
@@ -84,13 +84,15 @@ TEST(PolygonLight, fromAfarATriangleIsAPoint) {
   EXPECT_NEAR(openTriangleLight(corners, {0, 0, 1}, {0, 0, 1}) / expected, 1.0, 1e-3);
 }
 
-// What connections come to in the mean, if nothing is in the way: emitters on two sides, one seen from behind, one by
-// both sides.
+// What connections come to in the mean, if nothing is in the way: emitters on two sides, one seen from behind, and one
+// from behind that emits from both sides.
 TEST(EmittingTriangles, openIrradianceIsTheMeanOfConnections) {
   Scene scene;
   addInstance(scene, quad({-1, 2, 1}, {0, 0, -2}, {2, 0, 0}, addMaterial(scene, glm::vec3(0.5f), {1, 2, 4})));
   addInstance(scene, quad({3, 0.1f, 1}, {0, 1, 0}, {0, 0, -2}, addMaterial(scene, glm::vec3(0.5f), {8, 1, 1})));
   addInstance(scene, quad({-3, 0.1f, 1}, {0, 1, 0}, {0, 0, -2}, addMaterial(scene, glm::vec3(0.5f), {3, 3, 9})));
+  addInstance(scene, quad({-2, 0.1f, 1}, {0, 0.5f, 0}, {0, 0, -1}, addMaterial(scene, glm::vec3(0.5f), {2, 5, 2})));
+  scene.materials.back().doubleSided = true;
   addInstance(scene, quad({-1, 1, 1}, {0, 0, -2}, {2, 0, 0}, addMaterial(scene, glm::vec3(0.5f))));
   finish(scene);
   Context context;
