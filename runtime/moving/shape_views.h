@@ -38,7 +38,8 @@ inline std::uint32_t viewAlong(const glm::vec3& way) {
 }
 // The middle of a view's directions, a unit vector.
 inline glm::vec3 directionOfView(std::uint32_t view) {
-  const glm::vec2 at(static_cast<float>(view % kViewSide), static_cast<float>(view / kViewSide));
+  const std::uint32_t column = view % kViewSide, row = view / kViewSide;
+  const glm::vec2 at(static_cast<float>(column), static_cast<float>(row));
   return fromOctahedron((2.0f / kViewSide) * (at + 0.5f) - 1.0f);
 }
 

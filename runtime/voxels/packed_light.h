@@ -28,8 +28,8 @@ class PackedLight {
     if (largest * inverseOf(power) + 0.5f >= static_cast<float>(1u << kBits)) ++power;
     const float inverse = inverseOf(power);
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto steps = static_cast<std::uint32_t>(v[static_cast<int>(k)] * inverse + 0.5f);
-      bits_[k] = static_cast<std::uint16_t>(steps | (power >> 3 * k & 7u) << kBits);
+      const float steps = v[static_cast<int>(k)] * inverse + 0.5f;  // rounded as it is cut
+      bits_[k] = static_cast<std::uint16_t>(static_cast<std::uint32_t>(steps) | (power >> 3 * k & 7u) << kBits);
     }
   }
 

@@ -34,7 +34,7 @@ inline glm::vec3 leavePlace(const VolumeGrid& grid, const glm::vec3& origin, con
 
 // A place in a grid [voxels] in that of the volume that it lies in, whose voxels are twice as large.
 inline glm::vec3 placeInOuter(const VolumeGrid& inner, const VolumeGrid& outer, const glm::vec3& place) {
-  return 0.5f * place + static_cast<float>(kBrickSide / 2) * glm::vec3(inner.shift - 2 * outer.shift);
+  return 0.5f * place + 0.5f * static_cast<float>(kBrickSide) * glm::vec3(inner.shift - 2 * outer.shift);
 }
 
 // Whether a voxel has no free one beside it on the sides from which rays of this direction come: what it holds lies
