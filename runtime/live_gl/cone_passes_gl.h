@@ -38,7 +38,7 @@ class ConePasses {
   // A frame of the CPU's pixels, of this size. mirrored: empty = none is wanted. Throws std::bad_alloc.
   void trace(const PixelReceivers& pixels, const LiveSky& sky, std::span<const glm::vec4> mirrored);
   // Of a host's textures, which are what they have to be.
-  void trace(const PixelTextures& pixels, const LiveSky& sky);
+  void trace(const PixelTextures& textures, const LiveSky& sky);
   // The next frame keeps nothing of this one.
   void reset() { hasBefore_ = false; }
 

@@ -179,49 +179,49 @@ LiveCachesGl::LiveCachesGl(LiveCachesGl&&) noexcept = default;
 LiveCachesGl& LiveCachesGl::operator=(LiveCachesGl&&) noexcept = default;
 LiveCachesGl::~LiveCachesGl() = default;
 
-Status LiveCachesGl::lightDirectly(VolumeRange range, const LightSetup& setup) {
+Status LiveCachesGl::lightDirectly(VolumeRange volumes, const LightSetup& setup) {
   LightSetup punctual;
   punctual.lights = setup.lights;
   if (Status ok = checkSetup(punctual, 0, 0); !ok) return ok;
   State& s = *state_;
   try {
     const gl::SavedState saved(s.gl_);
-    if (Status ok = s.follow(range); !ok) return ok;
-    for (std::size_t l = 0; l < range.size(); ++l) s.volumes[l].sides.lightDirectly(setup.lights);
+    if (Status ok = s.follow(volumes); !ok) return ok;
+    for (std::size_t l = 0; l < volumes.size(); ++l) s.volumes[l].sides.lightDirectly(setup.lights);
   } catch (const std::bad_alloc&) {
     return noMemoryForLiveLight();
   }
   return done();
 }
 
-Status LiveCachesGl::copyDirect(VolumeRange range) {
+Status LiveCachesGl::copyDirect(VolumeRange volumes) {
   State& s = *state_;
   try {
     const gl::SavedState saved(s.gl_);
-    if (Status ok = s.follow(range); !ok) return ok;
-    for (std::size_t l = 0; l < range.size(); ++l) s.volumes[l].sides.copyDirect(range[l]);
+    if (Status ok = s.follow(volumes); !ok) return ok;
+    for (std::size_t l = 0; l < volumes.size(); ++l) s.volumes[l].sides.copyDirect(volumes[l]);
   } catch (const std::bad_alloc&) {
     return noMemoryForLiveLight();
   }
   return done();
 }
 
-Status LiveCachesGl::update(VolumeRange range, const LiveFrame& frame) {
+Status LiveCachesGl::update(VolumeRange volumes, const LiveFrame& frame) {
   if (Status ok = checkLiveFrame(frame); !ok) return ok;
   State& s = *state_;
   try {
     const gl::SavedState saved(s.gl_);
-    if (Status ok = s.follow(range); !ok) return ok;
+    if (Status ok = s.follow(volumes); !ok) return ok;
     const CacheSum sky = s.volumes.hasSky() ? skySum(frame) : CacheSum{};
     s.writeRays(frame);
     s.cellsMs = std::exchange(s.followMs, 0.0);
     s.timer.mark(0);
     if (s.volumes.lostRadiance() || !frame.freezeVoxels) {
-      for (std::size_t l = 0; l < range.size(); ++l) s.reflect(s.volumes[l], frame);
+      for (std::size_t l = 0; l < volumes.size(); ++l) s.reflect(s.volumes[l], frame);
     }
     s.waitForAll();
     s.timer.mark(1);
-    for (std::size_t l = 0; l < range.size(); ++l) s.gather(l, frame);
+    for (std::size_t l = 0; l < volumes.size(); ++l) s.gather(l, frame);
     s.waitForAll();
     if (s.volumes.hasSky()) s.volumes.writeSky(sky);
     s.timer.mark(2);

@@ -29,8 +29,9 @@ void lookAlong(const MovingShape& shape, const glm::vec3& toViewer, Seen& seen) 
   seen.sent = seen.met = 0;
   seen.depth = 0.0f;
   for (int k = 0; k < kRaysAcross * kRaysAcross; ++k) {
-    const float x = (2.0f * static_cast<float>(k % kRaysAcross) + 1.0f) / kRaysAcross - 1.0f,
-                y = (2.0f * static_cast<float>(k / kRaysAcross) + 1.0f) / kRaysAcross - 1.0f;
+    const int column = k % kRaysAcross, row = k / kRaysAcross;
+    const float x = (2.0f * static_cast<float>(column) + 1.0f) / kRaysAcross - 1.0f,
+                y = (2.0f * static_cast<float>(row) + 1.0f) / kRaysAcross - 1.0f;
     if (x * x + y * y > 1.0f) continue;
     ++seen.sent;
     const glm::vec3 origin = shape.centre + shape.radius * (x * frame[0] + y * frame[1] + 2.0f * toViewer);

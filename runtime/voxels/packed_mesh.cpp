@@ -7,8 +7,8 @@
 #include <glm/common.hpp>
 
 #include <algorithm>
+#include <array>
 #include <bit>
-#include <cstring>
 #include <span>
 
 namespace relume {
@@ -21,8 +21,8 @@ class RunVertices {
 
   // The vertex's number in its run, which is appended where the run has none of its bits.
   std::uint16_t numberOf(const glm::vec3& vertex, std::vector<glm::vec3>& vertices) {
-    std::uint32_t bits[3];
-    std::memcpy(bits, &vertex, sizeof(bits));
+    using Bits = std::array<std::uint32_t, 3>;
+    const auto bits = std::bit_cast<Bits>(vertex);
     std::uint32_t hash =
         bits[0] * 2654435769u ^ std::rotl(bits[1] * 2246822519u, 11) ^ std::rotl(bits[2] * 3266489917u, 22);
     hash ^= hash >> 16;
@@ -33,7 +33,7 @@ class RunVertices {
         vertices.push_back(vertex);
         return slot;
       }
-      if (std::memcmp(&vertices[slot], &vertex, sizeof(vertex)) == 0) return slot;
+      if (std::bit_cast<Bits>(vertices[slot]) == bits) return slot;
     }
   }
 
