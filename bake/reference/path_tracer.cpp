@@ -98,9 +98,7 @@ glm::vec3 fromEmitters(const Renderer& r, const Vertex& v, RandomStream& random)
   const EmitterConnection c =
       connectEmitter(r.tracer, r.emitters->sample(random), startOf(r, v), v.shading, v.geometric);
   if (c.radiance == glm::vec3(0.0f)) return glm::vec3(0.0f);
-  // E / pi = L cos cosEmitter / (pi d² density)
-  const float weight = areaWeight(c.density, c.cosine, c.cosEmitter, c.distance);
-  return c.radiance * (weight * c.cosine * c.cosEmitter / (kPi * c.distance * c.distance * c.density));
+  return areaWeight(c.density, c.cosine, c.cosEmitter, c.distance) / kPi * c.irradiance();
 }
 
 // The direction at a cosine and an angle about n.
