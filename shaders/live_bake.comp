@@ -44,7 +44,7 @@ void main() {
     vec3 e = direct[s].rgb + relumeIrradianceGrid(relumeLiveOrigin + relumeLiveVoxel * a.xyz, b.xyz);
     radiance = invPi * vec3(a.w, b.w, c.w) * e + relumeEmissionScale * c.xyz;
   }
-  float axis = (s & 1u) == 0u ? float(voxelWord[s / 2u].x) : 0.0;
+  float axis = (s & 1u) == 0u ? float(voxelWord[s / 2u].x & 0xFFFFFFu) : 0.0;
   imageStore(radianceImage, ivec2(s % uint(RELUME_LIVE_SIDES_A_ROW), s / uint(RELUME_LIVE_SIDES_A_ROW)),
              vec4(radiance, axis));
 }

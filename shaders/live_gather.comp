@@ -20,6 +20,7 @@ layout(std430, binding = RELUME_LIVE_SLOT_SUB_VOXELS) readonly buffer SubVoxels 
 uniform uint relumeLiveRayCount;
 uniform uint relumeLiveFirstCache;
 uniform uvec2 relumeLiveRow;   // cells of relumeLiveCells in x and in y
+uniform uint relumeLiveEmits;  // 0 = nothing emits
 uniform float relumeLiveKeep;  // share of what a cache has that stays
 #ifdef RELUME_LIVE_NESTED
 // The volumes, from the outermost on, and which one's caches gather; what is below is of the one that a ray is in.
@@ -87,8 +88,8 @@ int whenLeaving(relumeLiveRay ray, vec3 way, int axis, int v, float t, int acros
 }
 
 // The first voxel with a sub-voxel in the ray's way, from inside of the grid (runtime/voxels/march.h); false = none.
-// sub: its bit.
-bool march(vec3 origin, vec3 way, out ivec3 v, out uint sub) {
+// sub: its bit; across: a plane of which axis the ray came into it, -1 = it begins there.
+bool march(vec3 origin, vec3 way, out ivec3 v, out uint sub, out int across) {
   relumeLiveRay ray = relumeLiveRayOf(origin, way);
   ivec3 cell = ivec3(-1);
   uvec2 brick = uvec2(0u);
@@ -96,6 +97,7 @@ bool march(vec3 origin, vec3 way, out ivec3 v, out uint sub) {
   float since = 0.0;
   v = ivec3(floor(origin));
   sub = 0u;
+  across = -1;
   while (relumeLiveHolds(v)) {
     if ((v >> 2) != cell) {
       cell = v >> 2;
@@ -113,7 +115,7 @@ bool march(vec3 origin, vec3 way, out ivec3 v, out uint sub) {
       v = at;
     } else {
       if (relumeLiveIsSet(brick, relumeLiveBit(v)) &&
-          relumeLiveMeets(ray, v, subVoxelsIn(v), entered, since, 1e30, sub))
+          relumeLiveMeets(ray, v, subVoxelsIn(v), entered, since, 1e30, sub, across))
         return true;
       vec3 t = relumeLiveCrossings(ray, v, 1.0);
       entered = relumeLiveFirstAxis(t);
@@ -150,16 +152,23 @@ bool isBehindOthers(ivec3 v, ivec3 from) {
          isOccupied(v + ivec3(0, 0, from.z));
 }
 
-// Of a layer's voxel.
-vec3 radianceOf(bool moves, uint number, vec3 way) {
+// Of a layer's voxel. across: as march() has it; VoxelLayer::isDark() with that.
+vec3 radianceOf(bool moves, uint number, vec3 way, int across) {
   if (number >= (moves ? relumeLiveEnd.y : relumeLiveEnd.x)) return vec3(0.0);
   vec4 front = texelFetch(relumeLiveRadiance, sideAt(2u * number), 0);
   uint axis = uint(front.w);
   vec3 toward = vec3(axis >> 16 & 255u, axis >> 8 & 255u, axis & 255u) - 128.0;
-  return dot(toward, way) < 0.0 ? front.rgb : texelFetch(relumeLiveRadiance, sideAt(2u * number + 1u), 0).rgb;
+  bool isFront = dot(toward, way) < 0.0, mayEmit = relumeLiveEmits != 0u && across >= 0;
+  if (isFront && !mayEmit) return front.rgb;
+  vec4 back = texelFetch(relumeLiveRadiance, sideAt(2u * number + 1u), 0);
+  if (mayEmit) {
+    uint bits = uint(back.w), face = 2u * uint(across) + (way[across] > 0.0 ? 0u : 1u);
+    if ((bits >> face & 1u) != 0u && (bits >> (isFront ? 6 : 7) & 1u) != 0u) return vec3(0.0);
+  }
+  return isFront ? front.rgb : back.rgb;
 }
 
-vec3 radianceMet(ivec3 v, uint sub, vec3 way) {
+vec3 radianceMet(ivec3 v, uint sub, int across, vec3 way) {
   ivec3 from = 2 * ivec3(lessThan(way, vec3(0.0))) - 1;
   if (isOccupied(v) && isBehindOthers(v, from)) {
     for (int a = 0; a < 3; ++a) {
@@ -168,7 +177,7 @@ vec3 radianceMet(ivec3 v, uint sub, vec3 way) {
       if (isBehindOthers(beside, from)) continue;
       uint moving = relumeLiveMoves != 0u ? numberAt(true, beside) : kRelumeLiveNone;
       bool moves = moving != kRelumeLiveNone;
-      return radianceOf(moves, moves ? moving : numberAt(false, beside), way);
+      return radianceOf(moves, moves ? moving : numberAt(false, beside), way, -1);
     }
   }
   bool moves = relumeLiveMoves != 0u &&
@@ -181,7 +190,7 @@ vec3 radianceMet(ivec3 v, uint sub, vec3 way) {
     beside[a] += at[a] < 2 ? -1 : 1;
     if (relumeLiveHolds(beside)) number = numberAt(moves, beside);
   }
-  return radianceOf(moves, number, way);
+  return radianceOf(moves, number, way, across);
 }
 
 #ifdef RELUME_LIVE_NESTED
@@ -205,7 +214,8 @@ vec3 radianceAlong(vec3 place, vec3 way, vec3 sky) {
     relumeLiveEnd = relumeLiveEnds[volume];
     ivec3 v;
     uint sub;
-    if (march(place, way, v, sub)) return radianceMet(v, sub, way);
+    int across;
+    if (march(place, way, v, sub, across)) return radianceMet(v, sub, across, way);
     place = 0.5 * leavePlace(place, way) + relumeLiveToOuter[volume];
   }
   return sky;
@@ -214,7 +224,8 @@ vec3 radianceAlong(vec3 place, vec3 way, vec3 sky) {
 vec3 radianceAlong(vec3 place, vec3 way, vec3 sky) {
   ivec3 v;
   uint sub;
-  return march(place, way, v, sub) ? radianceMet(v, sub, way) : sky;
+  int across;
+  return march(place, way, v, sub, across) ? radianceMet(v, sub, across, way) : sky;
 }
 #endif
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What each side of a voxel sends out: albedo (direct + bounced) / pi + emission, as LiveCaches::bounce() and
-// VoxelVolume::reflect() have it. The front's texel has the voxel's axis beside it.
+// VoxelVolume::reflect() have it. The front's texel has the voxel's axis beside it, the back's the
+// bits of VoxelLayer::emitters, where anything emits.
 #include "shared/layout.h"
 #define RELUME_LIVE_LAYERED
 #include "lib/live_volume.glsl"
@@ -38,7 +39,8 @@ void main() {
   vec3 e = direct[s].rgb;
   if (relumeBounceScale > 0.0) e += relumeBounceScale * bounced(s, b.xyz);
   vec3 radiance = 0.318309886 * vec3(a.w, b.w, c.w) * e + relumeEmissionScale * c.xyz;
-  float axis = (s & 1u) == 0u ? float(voxelWord[s / 2u].x) : 0.0;
+  uint word = voxelWord[s / 2u].x;
+  float beside = (s & 1u) == 0u ? float(word & 0xFFFFFFu) : relumeEmissionScale != vec3(0.0) ? float(word >> 24) : 0.0;
   ivec2 to = ivec2(s % uint(RELUME_LIVE_SIDES_A_ROW), s / uint(RELUME_LIVE_SIDES_A_ROW));
-  imageStore(radianceImage, to + ivec2(0, relumeFirstRow), vec4(radiance, axis));
+  imageStore(radianceImage, to + ivec2(0, relumeFirstRow), vec4(radiance, beside));
 }

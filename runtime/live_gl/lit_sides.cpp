@@ -29,7 +29,8 @@ struct PackedLayer {
     auto emits = layer.emission.begin();
     forVoxels<CellSides>(layer, grid, 0, layer.kept,
                          [&](std::uint32_t v, const glm::ivec3& voxel, const std::array<VoxelSide, 2>& both) {
-                           voxels.emplace_back(packAxis(glm::ivec3(layer.axis[v])), packVoxel(voxel));
+                           const std::uint32_t emitters = layer.emitters.empty() ? 0u : layer.emitters[v];
+                           voxels.emplace_back(packAxis(glm::ivec3(layer.axis[v])) | emitters << 24, packVoxel(voxel));
                            for (std::uint32_t s = 0; s < 2; ++s) {
                              const VoxelSide& side = both[s];
                              const bool isEmitter = emits != layer.emission.end() && emits->side == 2 * v + s;
@@ -116,6 +117,7 @@ void LitSides::follow(const VoxelVolume& volume, std::uint32_t firstRow) {
   }
   write(volume.moving(), standing);
   count_ = volume.sideCount();
+  emits_ = !volume.standing().emission.empty() || !volume.moving().emission.empty();
   standingVersion_ = volume.standingVersion();
   movingVersion_ = volume.movingVersion();
   follows_ = true;

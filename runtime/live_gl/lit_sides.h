@@ -56,12 +56,14 @@ class LitSides {
   // Whether it has followed the volume as it is now.
   bool isOf(const VoxelVolume& volume) const;
   std::uint32_t count() const { return count_; }
+  bool emits() const { return emits_; }  // any of them
   // Slots are those of shaders/shared/layout.h.
   void bindSides() const { sides_.bind(RELUME_LIVE_SLOT_SIDES); }
   void bindVoxels() const { voxels_.bind(RELUME_LIVE_SLOT_VOXELS); }
   void bindDirect() const { direct_.bind(RELUME_LIVE_SLOT_DIRECT); }
   void bindRadianceImage() const { radiance_->bindImage(0, GL_WRITE_ONLY); }
-  // RELUME_LIVE_SIDES_A_ROW sides a row [W/m²/sr]; the front's w: packAxis().
+  // RELUME_LIVE_SIDES_A_ROW sides a row [W/m²/sr]; the front's w: packAxis(), the back's, where anything emits:
+  // VoxelLayer::emitters.
   GLuint radianceTexture() const { return radiance_->name(); }
   std::uint32_t firstRow() const { return firstRow_; }
   std::vector<glm::vec3> radiance() const;  // read back [Size count()]
@@ -73,7 +75,7 @@ class LitSides {
   const Functions& gl_;
   std::shared_ptr<Program> directProgram_;
   VolumeGrid grid_;
-  bool follows_ = false;
+  bool follows_ = false, emits_ = false;
   std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
   std::uint32_t count_ = 0, firstRow_ = 0;
   GrowingBuffer sides_, samples_, voxels_, direct_, lights_;

@@ -138,6 +138,9 @@ void LiveCachesGl::State::gather(std::size_t level, const LiveFrame& frame) {
   set(program, "relumeLiveRayCount", options.raysPerCell);
   set(program, "relumeLiveFirstCache", volume.at.firstCache);
   set(program, "relumeLiveKeep", frame.keep);
+  std::uint32_t emits = 0;
+  for (std::size_t v = 0; v <= level; ++v) emits |= volumes[v].sides.emits() ? 1u : 0u;
+  set(program, "relumeLiveEmits", emits);
   set(program, "relumeLiveRow", glm::uvec2(volumes.cells().size()));
   if (level == 0) {
     gl::setGrid(gl_, program.get(), volume.cells.grid, volume.cells.grid.voxel);

@@ -23,6 +23,7 @@ struct MarchHit {
   float t = std::numeric_limits<float>::infinity();  // [voxels] where the ray enters it; 0 = it starts there
   bool found = false;
   unsigned subVoxel = 0;  // brickBit() of that in which the ray ends
+  int across = -1;        // a plane of which axis the ray came into that; -1 = it begins there
 };
 
 class VoxelMarch {
@@ -40,12 +41,12 @@ class VoxelMarch {
 
   // The first voxel set within [0, tMax).
   MarchHit first(float tMax) {
-    return walk(tMax, [](const glm::ivec3&, unsigned&) { return true; });
+    return walk(tMax, [](const glm::ivec3&, MarchHit&) { return true; });
   }
   // The first that has a sub-voxel in the ray's way within [0, tMax). subVoxelsOf(voxel): which are, by brickBit()
   template <class SubVoxelsOf>
   MarchHit first(float tMax, const SubVoxelsOf& subVoxelsOf) {
-    return walk(tMax, [&](const glm::ivec3& v, unsigned& met) { return meets(v, subVoxelsOf(v), tMax, met); });
+    return walk(tMax, [&](const glm::ivec3& v, MarchHit& hit) { return meets(v, subVoxelsOf(v), tMax, hit); });
   }
 
  private:
@@ -67,7 +68,7 @@ class VoxelMarch {
         // Walk by voxels until the brick is left.
         const int x = v.x >> 2, y = v.y >> 2, z = v.z >> 2;
         do {
-          if ((brick >> brickBit(v) & 1u) != 0 && stops(v, hit.subVoxel)) {
+          if ((brick >> brickBit(v) & 1u) != 0 && stops(v, hit)) {
             hit.voxel = v;
             hit.t = t_;
             hit.found = true;
@@ -150,7 +151,7 @@ class VoxelMarch {
   }
 
   // Whether the ray, which has just entered this voxel, meets one of these sub-voxels before it leaves it or ends.
-  bool meets(const glm::ivec3& v, std::uint64_t subVoxels, float tMax, unsigned& met) const {
+  bool meets(const glm::ivec3& v, std::uint64_t subVoxels, float tMax, MarchHit& hit) const {
     glm::ivec3 s;
     for (int a = 0; a < 3; ++a) {
       const int low = kBrickSide * v[a], high = low + kBrickSide - 1, last = step_[a] > 0 ? high : low;
@@ -159,13 +160,15 @@ class VoxelMarch {
       if (entered_ < 0 || a == entered_ || step_[a] == 0) continue;
       while (s[a] != last && isBefore(a, subExitTime(a, s[a]), entered_, t_)) s[a] += step_[a];
     }
+    hit.across = entered_;
     for (;;) {
-      met = brickBit(s);
-      if (subVoxels >> met & 1u) return true;
+      hit.subVoxel = brickBit(s);
+      if (subVoxels >> hit.subVoxel & 1u) return true;
       const float x = subExitTime(0, s.x), y = subExitTime(1, s.y), z = subExitTime(2, s.z);
       const int axis = firstAxis(x, y, z);
       if (!((axis == 0 ? x : axis == 1 ? y : z) < tMax)) return false;
       s[axis] += step_[axis];
+      hit.across = axis;
       if (s[axis] >> 2 != v[axis]) return false;
     }
   }

@@ -58,7 +58,7 @@ inline glm::vec3 radianceMet(const VoxelVolume& volume, const MarchHit& hit, con
       if (!isBehindOthers(volume, beside, from)) return volume.radianceAt(beside, direction);
     }
   }
-  return volume.radianceAt(hit.voxel, hit.subVoxel, direction);
+  return volume.radianceAt(hit, direction);
 }
 
 // Radiance of what a ray of a volume meets there or beyond, in the last of `beyond` and then in the one before it; else

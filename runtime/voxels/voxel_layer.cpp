@@ -35,6 +35,7 @@ struct SideSums {
   std::array<std::int64_t, 3> normal{}, position{}, albedo{}, emission{}, backEmission{};
   // For each of kSubCentres the nearest triangle: squared distance, then its number.
   std::array<std::int64_t, 4> nearest{INT64_MAX, INT64_MAX, INT64_MAX, INT64_MAX};
+  std::uint8_t litFaces = 0;                                  // that triangles that emit face
   std::int64_t outermost = INT64_MIN, innermost = INT64_MAX;  // of positions along the axis
 };
 
@@ -92,7 +93,19 @@ glm::ivec3 signedBytes(const glm::vec3& axis) {
           static_cast<int>(std::floor(127.0f * axis.z + 0.5f))};
 }
 
-void addEmission(SideSums& sums, const SurfaceEmission& surface, std::int64_t seen, double unit) {
+// normal [127 times the unit vector]; a sixteenth of it counts as a triangle that faces a face.
+unsigned facesOf(const glm::ivec3& normal, bool bothSides) {
+  unsigned faces = 0;
+  for (int a = 0; a < 3; ++a) {
+    if (normal[a] > 8 || (bothSides && normal[a] < -8)) faces |= 1u << faceBit(a, false);
+    if (normal[a] < -8 || (bothSides && normal[a] > 8)) faces |= 1u << faceBit(a, true);
+  }
+  return faces;
+}
+
+void addEmission(SideSums& sums, const SurfaceEmission& surface, const glm::ivec3& normal, std::int64_t seen,
+                 double unit) {
+  sums.litFaces |= static_cast<std::uint8_t>(facesOf(normal, surface.doubleSided));
   sums.emitting += seen;
   if (surface.doubleSided) sums.backEmitting += seen;
   for (int k = 0; k < 3; ++k) {
@@ -139,8 +152,8 @@ void addSides(const SnappedTriangle& t, std::uint32_t triangle, const SummedSurf
   (isAcross ? s.across : s.facing) += share;
   if (isAcross) other.across += share;
   if (const SurfaceEmission* const emits = surfaces.emission(t.surface)) {
-    addEmission(s, *emits, seen, emissionUnit);
-    if (isAcross) addEmission(other, *emits, seen, emissionUnit);
+    addEmission(s, *emits, n, seen, emissionUnit);
+    if (isAcross) addEmission(other, *emits, n, seen, emissionUnit);
   }
   for (std::size_t i = 0; i < 4; ++i) {
     const glm::ivec3 wanted = subCentre(i), off = places.nearest(wanted) - wanted;
@@ -208,6 +221,17 @@ void number(VoxelLayer& layer) {
   layer.axis.clear();
   layer.sides = PackedSides();
   layer.emission.clear();
+  layer.emitters.clear();
+}
+
+// VoxelLayer::emitters, from what emits.
+void markEmitters(VoxelLayer& layer) {
+  layer.emitters.assign(layer.emission.empty() ? 0 : layer.kept, 0);
+  for (const SideEmission& each : layer.emission) {
+    std::uint8_t& bits = layer.emitters[each.side / 2];
+    bits = static_cast<std::uint8_t>(bits | (~each.litFaces & kDarkFaces) |
+                                     (each.side % 2 == 0 ? kFrontEmits : kBackEmits));
+  }
 }
 
 void makeRoom(VoxelLayer& layer, std::uint32_t kept) {
@@ -260,8 +284,10 @@ VoxelLayer moveLayer(const VoxelLayer& layer, const VolumeGrid& to, const glm::i
   moved.sides.shrinkToFit();
   for (const SideEmission& each : layer.emission) {
     const glm::ivec3 voxel = VoxelCursor(layer, to, each.side / 2).voxel() - kBrickSide * by;
-    if (to.holds(voxel)) moved.emission.push_back({2 * moved.numberOf(to, voxel) + each.side % 2, each.emission});
+    if (to.holds(voxel))
+      moved.emission.push_back({2 * moved.numberOf(to, voxel) + each.side % 2, each.emission, each.litFaces});
   }
+  markEmitters(moved);
   return moved;
 }
 
@@ -340,8 +366,11 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
   for (const PackedSides& piece : pieces) layer.sides.append(piece);
   layer.sides.shrinkToFit();
   for (std::uint32_t s = 0; s < emission.size(); ++s) {
-    if (emission[s] != glm::vec3(0.0f)) layer.emission.push_back({s, emission[s]});
+    if (emission[s] == glm::vec3(0.0f)) continue;
+    const unsigned lit = sums[s].litFaces | sums[s ^ 1u].litFaces;
+    layer.emission.push_back({s, emission[s], static_cast<std::uint8_t>(lit)});
   }
+  markEmitters(layer);
 }
 
 bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty,
@@ -389,13 +418,14 @@ bool patchSides(const VolumeGrid& grid, std::span<const std::uint64_t> dirty,
     for (const SideEmission& each : from.emission) {
       const glm::ivec3 voxel = VoxelCursor(from, grid, each.side / 2).voxel();
       if (((dirty[grid.cellOf(voxel)] >> brickBit(voxel) & 1u) != 0) == isDirty)
-        made.emission.push_back({2 * made.numberOf(grid, voxel) + each.side % 2, each.emission});
+        made.emission.push_back({2 * made.numberOf(grid, voxel) + each.side % 2, each.emission, each.litFaces});
     }
   };
   keepEmission(layer, false);
   keepEmission(patch, true);
   std::sort(made.emission.begin(), made.emission.end(),
             [](const SideEmission& a, const SideEmission& b) { return a.side < b.side; });
+  markEmitters(made);
   layer = std::move(made);
   return true;
 }

@@ -24,18 +24,34 @@ namespace relume {
 class SummedSurfaces;
 
 inline constexpr std::uint32_t kNoVoxel = 0xFFFFFFFFu;
+// Bits of VoxelLayer::emitters.
+inline constexpr unsigned kDarkFaces = 63, kFrontEmits = 64, kBackEmits = 128;
 
 struct SideEmission {
   std::uint32_t side = 0;
-  glm::vec3 emission{0.0f};  // [W/m²/sr] not 0
+  glm::vec3 emission{0.0f};   // [W/m²/sr] not 0
+  std::uint8_t litFaces = 0;  // faceBit() of those that anything that emits in the voxel faces
 };
 
+// The bit of a cube's face by which a ray that goes up, or down, along an axis comes in.
+inline unsigned faceBit(int axis, bool goesUp) { return 2 * static_cast<unsigned>(axis) + (goesUp ? 0u : 1u); }
+
+// Whether a ray of this direction meets the front of a voxel with this axis.
+inline bool isFront(const glm::i8vec3& axis, const glm::vec3& direction) {
+  return static_cast<float>(axis.x) * direction.x + static_cast<float>(axis.y) * direction.y +
+             static_cast<float>(axis.z) * direction.z <
+         0.0f;
+}
+
 struct VoxelLayer {
-  std::vector<std::uint64_t> bits;       // [Size cells] brickBit() of each voxel; CRC's geometry volume
-  std::vector<std::uint32_t> first;      // [Size cells] number of the cell's first occupied voxel
-  std::vector<glm::i8vec3> axis;         // [Size kept] toward the front side, 127 times the unit vector
-  PackedSides sides;                     // of the voxels that are kept
-  std::vector<SideEmission> emission;    // of the sides that emit, by ascending side
+  std::vector<std::uint64_t> bits;     // [Size cells] brickBit() of each voxel; CRC's geometry volume
+  std::vector<std::uint32_t> first;    // [Size cells] number of the cell's first occupied voxel
+  std::vector<glm::i8vec3> axis;       // [Size kept] toward the front side, 127 times the unit vector
+  PackedSides sides;                   // of the voxels that are kept
+  std::vector<SideEmission> emission;  // of the sides that emit, by ascending side
+  // Of emitting voxels the bits of kDarkFaces that no emitter faces, and kFrontEmits, kBackEmits; of others 0. [Size
+  // kept; 0 where nothing emits]
+  std::vector<std::uint8_t> emitters;
   SubVoxels subVoxels;                   // what rays meet
   std::uint32_t occupied = 0, kept = 0;  // voxels, and those of them that have sides
 
@@ -58,6 +74,14 @@ struct VoxelLayer {
       if (grid.holds(beside) && has(grid, beside)) return numberOf(grid, beside);
     }
     return kNoVoxel;
+  }
+  // Whether a ray of this direction that comes into a sub-voxel of it across a plane of this axis has passed all that
+  // emits there: an emitter is flat, and the rim of its sub-voxels would shine where it is seen at a grazing angle.
+  bool isDark(std::uint32_t number, int across, const glm::vec3& direction) const {
+    if (emitters.empty() || number >= kept || emitters[number] == 0) return false;
+    const unsigned emits = emitters[number];
+    return (emits >> faceBit(across, direction[across] > 0.0f) & 1u) != 0 &&
+           (emits & (isFront(axis[number], direction) ? kFrontEmits : kBackEmits)) != 0;
   }
   std::uint32_t sideCount() const { return 2 * kept; }
   // Voxels of a cell that are kept.

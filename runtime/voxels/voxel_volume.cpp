@@ -199,6 +199,7 @@ class EmissionReader {
 
 void VoxelVolume::reflect(const SideIrradiance& bounced, const glm::vec3& emissionScale) {
   Stopwatch watch;
+  emits_ = emissionScale != glm::vec3(0.0f);
   forChunks(parallelFor_, sideCount(), 8 * kSides, [&](std::uint32_t first, std::uint32_t last) {
     const std::uint32_t moving = std::clamp(standingSides(), first, last);
     EmissionReader standing(*standing_, first), moves(moving_, moving - standingSides());
@@ -285,7 +286,7 @@ std::vector<PassTime> VoxelVolume::passTimes() const {
 std::vector<std::pair<std::string, std::size_t>> VoxelVolume::bufferSizes() const {
   const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
   const auto sidesOf = [&](const VoxelLayer& layer) {
-    return bytes(layer.axis) + layer.sides.bytes() + bytes(layer.emission);
+    return bytes(layer.axis) + layer.sides.bytes() + bytes(layer.emission) + bytes(layer.emitters);
   };
   std::size_t geometry = geometry_->surfaces.bytes() + bytes(parts_);
   for (const PackedMesh& mesh : geometry_->mesh) geometry += mesh.bytes();

@@ -69,13 +69,6 @@ class VoxelRadiance {
 };
 static_assert(sizeof(VoxelRadiance) == 12);
 
-// Whether a ray of this direction meets the front of a voxel with this axis.
-inline bool isFront(const glm::i8vec3& axis, const glm::vec3& direction) {
-  return static_cast<float>(axis.x) * direction.x + static_cast<float>(axis.y) * direction.y +
-             static_cast<float>(axis.z) * direction.z <
-         0.0f;
-}
-
 // A side where it is.
 struct SideAt {
   std::uint32_t index = 0;  // of the volume's sides
@@ -185,14 +178,17 @@ class VoxelVolume {
   }
 
   // Radiance [W/m²/sr] of the side that a ray of this direction meets, as reflect() left it; black where dropped: of an
-  // occupied voxel, and of what has a sub-voxel of any.
+  // occupied voxel; and of what a ray met that ends in sub-voxels, black where it came in past all that emits there.
   glm::vec3 radianceAt(const glm::ivec3& voxel, const glm::vec3& direction) const {
     const bool moves = moving_.occupied > 0 && moving_.has(grid_, voxel);
     return radianceOf(moves, (moves ? moving_ : *standing_).numberOf(grid_, voxel), direction);
   }
-  glm::vec3 radianceAt(const glm::ivec3& voxel, unsigned subVoxel, const glm::vec3& direction) const {
-    const bool moves = moving_.occupied > 0 && (moving_.subVoxels.in(grid_, voxel) >> subVoxel & 1u) != 0;
-    return radianceOf(moves, (moves ? moving_ : *standing_).numberBehind(grid_, voxel, subVoxel), direction);
+  glm::vec3 radianceAt(const MarchHit& hit, const glm::vec3& direction) const {
+    const bool moves = moving_.occupied > 0 && (moving_.subVoxels.in(grid_, hit.voxel) >> hit.subVoxel & 1u) != 0;
+    const VoxelLayer& layer = moves ? moving_ : *standing_;
+    const std::uint32_t number = layer.numberBehind(grid_, hit.voxel, hit.subVoxel);
+    if (emits_ && hit.across >= 0 && layer.isDark(number, hit.across, direction)) return glm::vec3(0.0f);
+    return radianceOf(moves, number, direction);
   }
 
   // Change with every create() and edit(), and with every move(), to what no other volume of the process has or had but
@@ -269,6 +265,7 @@ class VoxelVolume {
   std::vector<PackedLight> direct_;
   std::vector<VoxelRadiance> radiance_;  // of standing voxels that are kept, then of moving ones
   std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
+  bool emits_ = false;  // reflect() had emission
   double voxeliseMs_ = 0.0, moveMs_ = 0.0, directMs_ = 0.0, reflectMs_ = 0.0;
 };
 

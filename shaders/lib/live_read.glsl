@@ -35,8 +35,8 @@ vec3 relumeLiveAlong(vec3 d, vec3 factor) {
   return factor.x * 0.2820948 * a.xyz + factor.y * first + factor.z * second;
 }
 
-// By the clamped cosine about a unit normal. [W/m²]
+// By the clamped cosine about a unit normal, its third band nine tenths: CacheSum::irradiance(). [W/m²]
 vec3 relumeLiveIrradianceOfSum(vec3 n) {
   const float pi = 3.14159265;
-  return clamp(relumeLiveAlong(n, pi * vec3(1.0, 0.6666667, 0.25)), vec3(0.0), vec3(pi * relumeLiveMost));
+  return clamp(relumeLiveAlong(n, pi * vec3(1.0, 0.6666667, 0.225)), vec3(0.0), vec3(pi * relumeLiveMost));
 }

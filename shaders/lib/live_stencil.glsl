@@ -22,6 +22,7 @@ bool relumeLiveIsHidden(vec3 eye, vec3 way) {
   int entered = -1;
   float since = 0.0;
   uint sub;
+  int across;
   for (int i = 0; i < 64; ++i) {
     if (relumeLiveHolds(v)) {
       if ((v >> 2) != cell) {
@@ -30,7 +31,7 @@ bool relumeLiveIsHidden(vec3 eye, vec3 way) {
       }
       uint bit = relumeLiveBit(v);
       if (relumeLiveIsSet(brick.xy, bit) &&
-          relumeLiveMeets(ray, v, relumeLiveSubVoxelsOf(brick, bit).xy, entered, since, 1.0, sub))
+          relumeLiveMeets(ray, v, relumeLiveSubVoxelsOf(brick, bit).xy, entered, since, 1.0, sub, across))
         return true;
     }
     vec3 t = relumeLiveCrossings(ray, v, 1.0);

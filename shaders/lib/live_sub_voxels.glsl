@@ -18,10 +18,12 @@ vec3 relumeLiveCrossings(relumeLiveRay ray, ivec3 at, float cube) {
 }
 
 // Whether it meets one of these sub-voxels of a voxel before it leaves that or ends. entered: across a plane of which
-// axis it came in, at `since`; -1 = it begins there. sub: the sub-voxel's bit.
-bool relumeLiveMeets(relumeLiveRay ray, ivec3 v, uvec2 subVoxels, int entered, float since, float end, out uint sub) {
+// axis it came in, at `since`; -1 = it begins there. sub: the sub-voxel's bit; across: as `entered`, of that.
+bool relumeLiveMeets(relumeLiveRay ray, ivec3 v, uvec2 subVoxels, int entered, float since, float end, out uint sub,
+                     out int across) {
   ivec3 low = 4 * v, s = clamp(ivec3(floor(4.0 * ray.origin)), low, low + 3), last = low + 3 * ray.ahead;
   sub = 0u;
+  across = entered;
   for (int a = 0; a < 3; ++a) {
     if (entered < 0 || a == entered || ray.along[a] == 0) continue;
     for (int i = 0; i < 3 && s[a] != last[a]; ++i) {
@@ -38,6 +40,7 @@ bool relumeLiveMeets(relumeLiveRay ray, ivec3 v, uvec2 subVoxels, int entered, f
     int axis = relumeLiveFirstAxis(t);
     if (t[axis] >= end) return false;
     s[axis] += ray.along[axis];
+    across = axis;
   }
   return false;
 }

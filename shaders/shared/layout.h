@@ -159,7 +159,7 @@
 // Light without a bake (runtime/live_gl): storage buffers, texture units, rows of textures.
 #define RELUME_LIVE_SLOT_SIDES 0       // three vec4 a side: position [voxels], normal, emission; albedo in their w
 #define RELUME_LIVE_SLOT_STENCILS 1    // five words a side (live_stencils.comp)
-#define RELUME_LIVE_SLOT_VOXELS 2      // two words a voxel: 127 times its axis, 128 added; its place, 10 bits each
+#define RELUME_LIVE_SLOT_VOXELS 2      // two words a voxel: 127 times its axis + 128, emitters; place, 10 bits each
 #define RELUME_LIVE_SLOT_DIRECT 3      // vec4 a side: irradiance [W/m²]
 #define RELUME_LIVE_SLOT_SAMPLES 4     // four pairs of words a side: runtime/voxels/voxel_layer.h, SideSample
 #define RELUME_LIVE_SLOT_LIGHTS 5      // RelumeLight[]

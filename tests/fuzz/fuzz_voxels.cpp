@@ -88,7 +88,10 @@ void lightAndRead(VoxelVolume& volume, LiveCaches& live, Reader& in) {
     const MarchHit hit = volume.march(place, direction, 1e6f);
     if (!hit.found) continue;
     CHECK(volume.grid().holds(hit.voxel));
-    for (const unsigned subVoxel : {0u, 21u, 63u}) CHECK(isLight(volume.radianceAt(hit.voxel, subVoxel, direction)));
+    for (const unsigned subVoxel : {0u, 21u, 63u}) {
+      for (int across = -1; across < 3; ++across)
+        CHECK(isLight(volume.radianceAt({hit.voxel, hit.t, true, subVoxel, across}, direction)));
+    }
   }
 }
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Light without a bake against what is known exactly: furnaces, plates, a wall that moves.
+#include "formats/sphere_points.h"
+#include "runtime/voxels/radiance_along.h"
 #include "tests/live/lit_volumes.h"
 
 #include <gtest/gtest.h>
@@ -89,6 +91,74 @@ TEST(LiveCaches, aPlateLightsAnotherByTheirFormFactor) {
   for (const glm::vec2& p : {glm::vec2(0.03f, 0.03f), glm::vec2(-0.04f, 0.02f), glm::vec2(0.01f, -0.05f)})
     sum += live.irradiance({p.x, 0, p.y}, {0, 1, 0}).x / 3.0;
   EXPECT_NEAR(sum, expected, 0.03 * expected);
+}
+
+// A volume's light from all around a place [W/m²].
+double fluenceAt(const VoxelVolume& volume, const glm::vec3& positionWorld) {
+  constexpr std::uint32_t kDirections = 50000;
+  const glm::vec3 at = volume.grid().toGrid(positionWorld);
+  double sum = 0.0;
+  for (std::uint32_t i = 0; i < kDirections; ++i)
+    sum += radianceAlong(volume, {}, at, spherePoint(i, kDirections), glm::vec3(0.0f)).x;
+  return 4.0 * std::numbers::pi * sum / kDirections;
+}
+
+// What a rectangle about `middle` that faces `normal` and has that radiance sends to a place [W/m²].
+double fluenceOf(const glm::vec3& middle, const glm::vec3& halfU, const glm::vec3& halfV, float radiance,
+                 const glm::vec3& place) {
+  constexpr int kSteps = 200;
+  const glm::vec3 normal = glm::cross(halfU, halfV);
+  double sum = 0.0;
+  for (int i = 0; i < kSteps; ++i) {
+    for (int j = 0; j < kSteps; ++j) {
+      const auto along = [](int k) { return (static_cast<float>(2 * k + 1) - kSteps) / kSteps; };
+      const glm::vec3 to = place - (middle + along(i) * halfU + along(j) * halfV);
+      sum += double{std::max(glm::dot(normal, to), 0.0f)} / std::pow(double{glm::length(to)}, 3.0);
+    }
+  }
+  return 4.0 * double{radiance} * sum / (kSteps * kSteps);
+}
+
+// A flat emitter has no rim. That of its sub-voxels shone by a fifth as much again at grazing angles, by 7 % in all.
+TEST(LiveCaches, aPanelShinesByTheAreaThatItShows) {
+  for (const float degrees : {0.0f, 5.0f, 20.0f}) {
+    const float tilt = degrees * kPi / 180.0f;
+    const glm::vec3 u(0.5f * std::cos(tilt), 0.5f * std::sin(tilt), 0), v(0, 0, 0.5f), middle(2, 2.7f, 2);
+    VoxelLevel level;
+    level.surfaces = {{glm::vec3(0.0f)}, {glm::vec3(0.0f), glm::vec3(3.0f)}};
+    level.addBox({0, 0, 0}, {4, 3, 4}, true);
+    level.addQuad(middle - u - v, middle + u - v, middle + u + v, middle - u + v, 1);  // faces down
+    VoxelVolume volume = volumeOf(level, coarse(16));
+    volume.reflect({}, glm::vec3(1.0f));
+    double found = 0.0, expected = 0.0;
+    for (const glm::vec3& place :
+         {glm::vec3(3.7f, 2.4f, 2.1f), glm::vec3(0.3f, 2.5f, 1.8f), glm::vec3(1.9f, 2.5f, 0.4f),
+          glm::vec3(3.6f, 2.3f, 3.6f), glm::vec3(1.0f, 2.2f, 1.2f), glm::vec3(2.2f, 0.5f, 2)}) {
+      found += fluenceAt(volume, place);
+      expected += fluenceOf(middle, u, v, 3.0f, place);
+    }
+    EXPECT_NEAR(found, expected, 0.03 * expected) << degrees;
+  }
+}
+
+// A lamp as thin as a voxel shines on all its sides.
+TEST(LiveCaches, aThinLampShinesOnItsSides) {
+  VoxelLevel level;
+  level.surfaces = {{glm::vec3(0.0f)}, {glm::vec3(0.0f), glm::vec3(3.0f)}};
+  level.addBox({0, 0, 0}, {4, 3, 4}, true);
+  level.addBox({1.5f, 2.7f, 1.98f}, {2.5f, 2.74f, 2.02f}, false, 1);
+  VoxelVolume volume = volumeOf(level, coarse(16));
+  volume.reflect({}, glm::vec3(1.0f));
+  for (const glm::vec3& place : {glm::vec3(2, 2.72f, 0.5f), glm::vec3(2, 1.5f, 2), glm::vec3(3.5f, 2.72f, 2)}) {
+    double expected = 0.0;
+    expected += fluenceOf({2, 2.72f, 1.98f}, {0, 0.02f, 0}, {0.5f, 0, 0}, 3.0f, place);
+    expected += fluenceOf({2, 2.7f, 2}, {0.5f, 0, 0}, {0, 0, 0.02f}, 3.0f, place);
+    expected += fluenceOf({2.5f, 2.72f, 2}, {0, 0.02f, 0}, {0, 0, 0.02f}, 3.0f, place);
+    // It is as thick as the sub-voxels that it lies in, and as dark there as its flux asks for.
+    const double found = fluenceAt(volume, place);
+    EXPECT_GT(found, 0.9 * expected) << place.x;
+    EXPECT_LT(found, 1.4 * expected) << place.x;
+  }
 }
 
 TEST(LiveCaches, aMovedWallIsFollowed) {

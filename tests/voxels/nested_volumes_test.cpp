@@ -74,6 +74,7 @@ void expectSame(const NestedVolumes& a, const NestedVolumes& b) {
       others += isSame ? 0 : 1;
     }
     EXPECT_EQ(others, 0u) << level;
+    EXPECT_EQ(a[level].standing().emitters, b[level].standing().emitters);
     EXPECT_EQ(a[level].stats().occupied, b[level].stats().occupied);
   }
 }

@@ -99,6 +99,7 @@ void expectSame(const VoxelVolume& a, const VoxelVolume& b) {
   EXPECT_TRUE(x.subVoxels == y.subVoxels);
   EXPECT_EQ(x.kept, y.kept);
   EXPECT_TRUE(x.sides == y.sides) << "bytes of the sides";
+  EXPECT_EQ(x.emitters, y.emitters);
   ASSERT_EQ(x.emission.size(), y.emission.size());
   for (std::size_t i = 0; i < x.emission.size(); ++i)
     ASSERT_TRUE(x.emission[i].side == y.emission[i].side && x.emission[i].emission == y.emission[i].emission) << i;
