@@ -93,7 +93,8 @@ glm::ivec3 signedBytes(const glm::vec3& axis) {
           static_cast<int>(std::floor(127.0f * axis.z + 0.5f))};
 }
 
-// normal [127 times the unit vector]; a sixteenth of it counts as a triangle that faces a face.
+// faceBit() of the faces of a cube toward which more than a sixteenth of a triangle's normal goes. [127 times the unit
+// vector]
 unsigned facesOf(const glm::ivec3& normal, bool bothSides) {
   unsigned faces = 0;
   for (int a = 0; a < 3; ++a) {
