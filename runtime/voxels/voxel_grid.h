@@ -115,16 +115,17 @@ inline std::vector<std::uint64_t> movedBits(const std::vector<std::uint64_t>& bi
 }
 
 // The grid over a box with so many cells on its longest side. The box is widened by half a voxel all around, so that
-// walls at its faces lie within a voxel and not between two. A box without size gets a metre.
+// walls at its faces lie within a voxel and not between two. A box too small for floats to cut gets a metre.
 inline VolumeGrid fitGrid(const glm::vec3& boxMin, const glm::vec3& boxMax, std::uint32_t cells) {
   VolumeGrid grid;
   const glm::vec3 size = glm::max(boxMax - boxMin, glm::vec3(0.0f));
+  constexpr float kLeastSize = 1e-9f;  // [m]
   const float longest = std::max({size.x, size.y, size.z}),
               count = static_cast<float>(kBrickSide) * static_cast<float>(cells);
   // Coordinates keep three bits below a voxel.
   const glm::vec3 far = glm::max(glm::abs(boxMin), glm::abs(boxMax));
   const float finest = std::max({far.x, far.y, far.z}) * 0x1p-20f;
-  grid.voxel = std::max(longest > 0.0f ? longest / (count - 1.0f) : 1.0f / count, finest);
+  grid.voxel = std::max(longest > kLeastSize ? longest / (count - 1.0f) : 1.0f / count, finest);
   grid.originWorld = boxMin - 0.5f * grid.voxel;
   const auto most = static_cast<int>(cells);
   for (int k = 0; k < 3; ++k) {

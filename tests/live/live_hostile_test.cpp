@@ -44,7 +44,7 @@ void expectFinite(const LiveLight& light) {
 
 // Levels of nothing, of a point, a line, of triangles without area, with volumes of one cell.
 TEST(HostileLive, levelsOfNextToNothingAreDark) {
-  std::vector<VoxelLevel> levels(6);
+  std::vector<VoxelLevel> levels(7);
   levels[1].meshes.push_back({});
   levels[1].parts.push_back({0, glm::mat4x3(1.0f), true});
   levels[2].addQuad({1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1});
@@ -52,6 +52,7 @@ TEST(HostileLive, levelsOfNextToNothingAreDark) {
   levels[4].addBox({0, 0, 0}, {1, 1, 1}, true);
   levels[4].parts[0].toWorld = glm::mat4x3(0.0f);
   levels[5].addBox({0, 0, 0}, {1e-30f, 1e-30f, 1e-30f}, true);
+  levels[6].addBox({0, 0, 0}, {1e-44f, 1e-44f, 0}, true);
   for (std::size_t i = 0; i < levels.size(); ++i) {
     for (const std::uint32_t cascades : {1u, 4u}) {
       LiveLight light = hostileLight(levels[i], cascades, i % 2 == 1);
