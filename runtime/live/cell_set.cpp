@@ -6,6 +6,7 @@
 #include "runtime/shared/chunks.h"
 
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +19,10 @@ namespace {
 constexpr std::uint32_t kProbes = 24;        // rays that look for backs
 constexpr std::uint32_t kCellsOfChunk = 16;  // of a chunk
 constexpr float kHalfCell = 0.5f * static_cast<float>(kBrickSide);
+// A cell has no voxel in its middle: along each axis, of the two beside it, the one in which a free cell's cache
+// stands.
+constexpr int kFreePlace = kBrickSide / 2 - 1;
+constexpr float kReadBefore = 1.0f;  // [voxels] before a receiver it reads
 
 // The voxels of a cell by their distance from its middle.
 std::array<int, 64> byDistance() {
@@ -209,9 +214,10 @@ glm::ivec3 cornerOf(std::size_t k) {
   return {static_cast<int>(k & 1), static_cast<int>(k >> 1 & 1), static_cast<int>(k >> 2)};
 }
 
-// Where a receiver reads: the cell of the first of eight caches, and its place between them.
+// Where a receiver reads: the cell of the first of eight caches, these, and its place between them.
 struct ReadPlace {
   glm::ivec3 first{0};
+  std::array<std::uint32_t, 8> slot{};  // kInactive: there is none
   glm::vec3 share{0.0f};
 
   float weightOf(std::size_t k) const {
@@ -219,36 +225,69 @@ struct ReadPlace {
     const float weight = of[k & 1].x * of[k >> 1 & 1].y * of[k >> 2].z;
     return std::max(weight, 1e-4f);
   }
+  glm::vec3 positionOf(const CellSet& cells, std::size_t k) const {
+    return glm::vec3(cells.voxelIn(first + cornerOf(k), slot[k])) + 0.5f;
+  }
 };
+
+// Of the voxels of a cell, how far they are from that in which a free cell's cache stands. [cells]
+std::array<glm::vec3, 64> asideOfVoxels() {
+  std::array<glm::vec3, 64> aside;
+  for (int i = 0; i < 64; ++i)
+    aside[static_cast<std::size_t>(i)] = glm::vec3(voxelOfBit(i) - kFreePlace) / static_cast<float>(kBrickSide);
+  return aside;
+}
+
+// Puts a place between eight caches, whose trilinear map takes the share to it: the inverse of an isoparametric
+// hexahedron, by fixed-point iteration. Outside of 0..1 where it is not between them. [at: cells from where the first
+// would stand in a free cell]
+ReadPlace placeBetween(const CellSet& cells, const glm::ivec3& first, const glm::vec3& at) {
+  static const std::array<glm::vec3, 64> asideOf = asideOfVoxels();
+  ReadPlace place{first, {}, at};
+  std::array<glm::vec3, 8> aside;
+  bool isAny = false;
+  for (std::size_t k = 0; k < 8; ++k) {
+    const std::uint32_t slot = place.slot[k] = slotAt(cells, first + cornerOf(k));
+    aside[k] = slot == kInactive ? glm::vec3(0.0f) : asideOf[cells.place[slot]];
+    isAny = isAny || aside[k] != glm::vec3(0.0f);
+  }
+  for (int i = 0; i < 3 && isAny; ++i) {
+    const glm::vec3 u = glm::clamp(place.share, 0.0f, 1.0f);
+    std::array<glm::vec3, 4> alongX;
+    for (std::size_t k = 0; k < 4; ++k) alongX[k] = aside[2 * k] + u.x * (aside[2 * k + 1] - aside[2 * k]);
+    const glm::vec3 low = alongX[0] + u.y * (alongX[1] - alongX[0]), high = alongX[2] + u.y * (alongX[3] - alongX[2]);
+    place.share = at - (low + u.z * (high - low));
+  }
+  return place;
+}
 
 // Nothing where it is out of the grid. Counted from the receiver's own cell, so that rounding is the same in all grids
 // that have it.
-std::optional<ReadPlace> readPlaceOf(const VolumeGrid& grid, const glm::vec3& position, const glm::vec3& normal) {
+std::optional<ReadPlace> readPlaceOf(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal) {
   const glm::vec3 cell = glm::floor(position / static_cast<float>(kBrickSide));
-  const glm::vec3 read = position - static_cast<float>(kBrickSide) * cell + 0.25f * kHalfCell * normal;
-  const glm::vec3 at = read / static_cast<float>(kBrickSide) - 0.5f, base = glm::floor(at), first = cell + base;
-  if (!(glm::all(glm::greaterThan(first, glm::vec3(-2.0f))) && glm::all(glm::lessThan(first, glm::vec3(grid.cells)))))
-    return std::nullopt;
-  return ReadPlace{glm::ivec3(first), at - base};
-}
-
-// One of the eight.
-struct ReadCache {
-  std::uint32_t slot = kInactive;  // kInactive: there is none
-  glm::vec3 position{0.0f};
-};
-
-ReadCache cacheOf(const CellSet& cells, const ReadPlace& place, std::size_t k) {
-  const glm::ivec3 cell = place.first + cornerOf(k);
-  const std::uint32_t slot = slotAt(cells, cell);
-  if (slot == kInactive) return {};
-  return {slot, glm::vec3(cells.voxelIn(cell, slot)) + 0.5f};
+  const glm::vec3 read = position - static_cast<float>(kBrickSide) * cell + kReadBefore * normal;
+  glm::vec3 at = (read - (static_cast<float>(kFreePlace) + 0.5f)) / static_cast<float>(kBrickSide);
+  const glm::vec3 base = glm::floor(at), corner = cell + base;
+  const auto holds = [&](const glm::vec3& first) {
+    return glm::all(glm::greaterThan(first, glm::vec3(-2.0f))) &&
+           glm::all(glm::lessThan(first, glm::vec3(cells.grid.cells)));
+  };
+  if (!holds(corner)) return std::nullopt;
+  at -= base;
+  ReadPlace place = placeBetween(cells, glm::ivec3(corner), at);
+  // Their hexahedron is not where their cells are: the place may lie in the one beside it.
+  const glm::vec3 beside = glm::vec3(glm::greaterThan(place.share, glm::vec3(1.0f))) -
+                           glm::vec3(glm::lessThan(place.share, glm::vec3(0.0f)));
+  if (beside != glm::vec3(0.0f) && holds(corner + beside))
+    place = placeBetween(cells, place.first + glm::ivec3(beside), at - beside);
+  place.share = glm::clamp(place.share, 0.0f, 1.0f);
+  return place;
 }
 
 }  // namespace
 
 SeenCaches seenCaches(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal) {
-  const std::optional<ReadPlace> place = readPlaceOf(cells.grid, position, normal);
+  const std::optional<ReadPlace> place = readPlaceOf(cells, position, normal);
   if (!place) return 0;
   // Out of the sub-voxels that the receiver's own surface overlaps, which reach half as far from its plane: it may be
   // bent.
@@ -259,9 +298,10 @@ SeenCaches seenCaches(const CellSet& cells, const glm::vec3& position, const glm
   const glm::vec3 eye = stepOut(cells, position + lift * normal);
   std::uint32_t seen = 0;
   for (std::size_t k = 0; k < 8; ++k) {
-    const ReadCache cache = cacheOf(cells, *place, k);
-    if (cache.slot == kInactive || glm::dot(cache.position - position, normal) <= 0.0f) continue;
-    const glm::vec3 toward = cache.position - eye;
+    if (place->slot[k] == kInactive) continue;
+    const glm::vec3 cache = place->positionOf(cells, k);
+    if (glm::dot(cache - position, normal) <= 0.0f) continue;
+    const glm::vec3 toward = cache - eye;
     const bool hidden = glm::length(toward) > 1e-3f &&
                         VoxelMarch(cells.grid, subVoxels.bits.data(), eye, toward).first(1.0f, subVoxelsOf).found;
     if (!hidden) seen |= 1u << k;
@@ -271,30 +311,22 @@ SeenCaches seenCaches(const CellSet& cells, const glm::vec3& position, const glm
 
 CellStencil stencilOf(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal, SeenCaches seen) {
   CellStencil stencil;
-  const std::optional<ReadPlace> place = readPlaceOf(cells.grid, position, normal);
+  const std::optional<ReadPlace> place = readPlaceOf(cells, position, normal);
   if (!place) return stencil;
   float sum = 0.0f;
-  const auto weigh = [&](std::size_t k, float scale) {
-    stencil.weight[k] = scale * place->weightOf(k);
-    sum += stencil.weight[k];
+  const auto read = [&](std::size_t k, float scale) {
+    stencil.slot[k] = place->slot[k];
+    sum += stencil.weight[k] = scale * place->weightOf(k);
   };
   for (std::size_t k = 0; k < 8; ++k) {
-    if ((seen >> k & 1u) == 0) continue;
-    stencil.slot[k] = slotAt(cells, place->first + cornerOf(k));
-    if (stencil.slot[k] == kInactive) {
-      stencil.slot[k] = 0;
-      continue;
-    }
-    weigh(k, 1.0f);
+    if ((seen >> k & 1u) != 0 && place->slot[k] != kInactive) read(k, 1.0f);
   }
   if (!(sum > 1e-3f)) {
     stencil = {};
     sum = 0.0f;
     for (std::size_t k = 0; k < 8; ++k) {
-      const ReadCache cache = cacheOf(cells, *place, k);
-      if (cache.slot == kInactive) continue;
-      stencil.slot[k] = cache.slot;
-      weigh(k, glm::dot(cache.position - position, normal) > 0.0f ? 1.0f : 1e-3f);
+      if (place->slot[k] == kInactive) continue;
+      read(k, glm::dot(place->positionOf(cells, k) - position, normal) > 0.0f ? 1.0f : 1e-3f);
     }
   }
   for (float& weight : stencil.weight) weight = sum > 0.0f ? weight / sum : 0.0f;

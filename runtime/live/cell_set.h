@@ -72,8 +72,8 @@ struct CellStencil {
   std::array<float, 8> weight{};
 };
 
-// The eight caches around a place half a cell before the receiver (CRC Section 3), trilinear, of those that it sees.
-// Where it sees none it reads all that lie before it. position [voxels]; normal is unit.
+// The eight caches around a place a voxel before the receiver (CRC Section 3: half a cell), trilinear by where they
+// stand, of those that it sees. Where it sees none it reads all that lie before it. position [voxels]; normal is unit.
 CellStencil stencilAt(const CellSet& cells, const glm::vec3& position, const glm::vec3& normal);
 
 // What takes time to find of it, kept of each side as long as what is seen of its cells lasts: a bit for each of the

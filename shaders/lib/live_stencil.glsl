@@ -61,25 +61,61 @@ vec3 relumeLiveStepOut(vec3 place) {
   return place;
 }
 
-// The cell of corner 0, the slots of the caches of all eight, and their weights, which sum to 1 or are 0. [voxels]
+ivec3 relumeLiveCorner(int k) { return ivec3(k & 1, k >> 1 & 1, k >> 2); }
+
+// The voxel that a cell's cache stands in, from the cell's corner.
+ivec3 relumeLiveStands(uint cache) { return ivec3(cache & 3u, cache >> 2 & 3u, cache >> 4 & 3u); }
+
+uint relumeLiveCacheOf(ivec3 cell) {
+  if (any(lessThan(cell, ivec3(0))) || any(greaterThanEqual(cell, ivec3(relumeLiveSize)))) return kRelumeLiveNone;
+  return relumeLiveCell(cell).w;
+}
+
+// The caches of eight cells, and where a place is between them: placeBetween().
+vec3 relumeLiveShareOf(ivec3 first, vec3 at, out uint cache[8]) {
+  vec3 aside[8];
+  for (int k = 0; k < 8; ++k) {
+    cache[k] = relumeLiveCacheOf(first + relumeLiveCorner(k));
+    aside[k] = cache[k] == kRelumeLiveNone ? vec3(0.0) : 0.25 * vec3(relumeLiveStands(cache[k]) - 1);
+  }
+  vec3 share = at;
+  for (int i = 0; i < 3; ++i) {
+    vec3 u = clamp(share, 0.0, 1.0), x0 = mix(aside[0], aside[1], u.x), x1 = mix(aside[2], aside[3], u.x),
+         x2 = mix(aside[4], aside[5], u.x), x3 = mix(aside[6], aside[7], u.x);
+    share = at - mix(mix(x0, x1, u.y), mix(x2, x3, u.y), u.z);
+  }
+  return share;
+}
+
+bool relumeLiveHoldsFirst(ivec3 first) {
+  return all(greaterThan(first, ivec3(-2))) && all(lessThan(first, ivec3(relumeLiveSize)));
+}
+
+// The cell of corner 0, the slots of the caches of all eight, and their weights, which sum to 1 or are 0: stencilOf() and
+// readPlaceOf() of runtime/live/cell_set.cpp. [voxels]
 void relumeLiveStencil(vec3 position, vec3 n, out ivec3 first, out uint slot[8], out float weight[8]) {
   vec3 size = abs(n);
   float lift = 0.25 * (max(max(size.x, size.y), size.z) + size.x + size.y + size.z) + 0.025;
-  vec3 eye = relumeLiveStepOut(position + lift * n), at = 0.25 * (position + 0.5 * n) - 0.5;
+  vec3 eye = relumeLiveStepOut(position + lift * n), at = 0.25 * (position + n) - 0.375;
   at = clamp(at, vec3(-2.0), vec3(relumeLiveSize));  // a place far away has no integers
   first = ivec3(floor(at));
-  vec3 share = at - vec3(first);
+  at -= vec3(first);
+  uint cache[8];
+  vec3 share = relumeLiveShareOf(first, at, cache);
+  ivec3 beside = ivec3(greaterThan(share, vec3(1.0))) - ivec3(lessThan(share, vec3(0.0)));
+  if (beside != ivec3(0) && relumeLiveHoldsFirst(first) && relumeLiveHoldsFirst(first + beside)) {
+    first += beside;
+    share = relumeLiveShareOf(first, at - vec3(beside), cache);
+  }
+  share = clamp(share, 0.0, 1.0);
   float before[8], beforeSum = 0.0, seenSum = 0.0;
   for (int k = 0; k < 8; ++k) {
-    ivec3 corner = ivec3(k & 1, k >> 1 & 1, k >> 2), cell = first + corner;
+    ivec3 corner = relumeLiveCorner(k);
     slot[k] = kRelumeLiveNone;
     before[k] = weight[k] = 0.0;
-    if (any(lessThan(cell, ivec3(0))) || any(greaterThanEqual(cell, ivec3(relumeLiveSize)))) continue;
-    uint cache = relumeLiveCell(cell).w;
-    if (cache == kRelumeLiveNone) continue;
-    slot[k] = cache >> 6;
-    uint voxel = cache & 63u;
-    vec3 stands = vec3(4 * cell + ivec3(voxel & 3u, voxel >> 2 & 3u, voxel >> 4)) + 0.5, toward = stands - eye;
+    if (cache[k] == kRelumeLiveNone) continue;
+    slot[k] = cache[k] >> 6;
+    vec3 stands = vec3(4 * (first + corner) + relumeLiveStands(cache[k])) + 0.5, toward = stands - eye;
     vec3 w = mix(1.0 - share, share, vec3(corner));
     float trilinear = max(w.x * w.y * w.z, 1e-4), height = dot(stands - position, n);
     before[k] = height > 0.0 ? trilinear : 1e-3 * trilinear;
