@@ -4,6 +4,7 @@
 
 #include "formats/sphere_points.h"
 #include "runtime/shared/chunks.h"
+#include "runtime/shared/stencil.h"
 
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
@@ -210,53 +211,34 @@ std::uint32_t slotAround(const CellSet& around, const CellSet& cells, const glm:
 
 namespace {
 
-glm::ivec3 cornerOf(std::size_t k) {
-  return {static_cast<int>(k & 1), static_cast<int>(k >> 1 & 1), static_cast<int>(k >> 2)};
-}
-
 // Where a receiver reads: the cell of the first of eight caches, these, and its place between them.
 struct ReadPlace {
   glm::ivec3 first{0};
   std::array<std::uint32_t, 8> slot{};  // kInactive: there is none
   glm::vec3 share{0.0f};
 
-  float weightOf(std::size_t k) const {
-    const std::array<glm::vec3, 2> of{1.0f - share, share};
-    const float weight = of[k & 1].x * of[k >> 1 & 1].y * of[k >> 2].z;
-    return std::max(weight, 1e-4f);
-  }
-  glm::vec3 positionOf(const CellSet& cells, std::size_t k) const {
-    return glm::vec3(cells.voxelIn(first + cornerOf(k), slot[k])) + 0.5f;
+  glm::vec3 positionOf(const CellSet& cells, std::uint32_t k) const {
+    return glm::vec3(cells.voxelIn(first + glm::ivec3(cornerOffset(k)), slot[k])) + 0.5f;
   }
 };
-
-// Of the voxels of a cell, how far they are from that in which a free cell's cache stands. [cells]
-std::array<glm::vec3, 64> asideOfVoxels() {
-  std::array<glm::vec3, 64> aside;
-  for (int i = 0; i < 64; ++i)
-    aside[static_cast<std::size_t>(i)] = glm::vec3(voxelOfBit(i) - kFreePlace) / static_cast<float>(kBrickSide);
-  return aside;
-}
 
 // Puts a place between eight caches, whose trilinear map takes the share to it: the inverse of an isoparametric
 // hexahedron, by fixed-point iteration. Outside of 0..1 where it is not between them. [at: cells from where the first
 // would stand in a free cell]
 ReadPlace placeBetween(const CellSet& cells, const glm::ivec3& first, const glm::vec3& at) {
-  static const std::array<glm::vec3, 64> asideOf = asideOfVoxels();
   ReadPlace place{first, {}, at};
-  std::array<glm::vec3, 8> aside;
+  std::array<glm::vec3, 8> aside{};  // of where a free cell's cache stands [cells]
   bool isAny = false;
-  for (std::size_t k = 0; k < 8; ++k) {
-    const std::uint32_t slot = place.slot[k] = slotAt(cells, first + cornerOf(k));
-    aside[k] = slot == kInactive ? glm::vec3(0.0f) : asideOf[cells.place[slot]];
+  for (std::uint32_t k = 0; k < 8; ++k) {
+    const std::uint32_t slot = place.slot[k] = slotAt(cells, first + glm::ivec3(cornerOffset(k)));
+    if (slot == kInactive) continue;
+    aside[k] = glm::vec3(voxelOfBit(cells.place[slot]) - kFreePlace) / static_cast<float>(kBrickSide);
     isAny = isAny || aside[k] != glm::vec3(0.0f);
   }
   for (int i = 0; i < 3 && isAny; ++i) {
-    const glm::vec3 u = glm::clamp(place.share, 0.0f, 1.0f);
-    std::array<glm::vec3, 4> alongX;
-    for (std::size_t k = 0; k < 4; ++k) alongX[k] = aside[2 * k] + u.x * (aside[2 * k + 1] - aside[2 * k]);
-    const glm::vec3 low = alongX[0] + u.y * (alongX[1] - alongX[0]), high = alongX[2] + u.y * (alongX[3] - alongX[2]);
-    place.share = at - (low + u.z * (high - low));
+    const std::array<float, 8> weight = trilinear(glm::clamp(place.share, 0.0f, 1.0f));
+    place.share = at;
+    for (std::size_t k = 0; k < 8; ++k) place.share -= weight[k] * aside[k];
   }
   return place;
 }
@@ -297,7 +279,7 @@ SeenCaches seenCaches(const CellSet& cells, const glm::vec3& position, const glm
   const auto subVoxelsOf = [&](const glm::ivec3& v) { return subVoxels.in(cells.grid, v); };
   const glm::vec3 eye = stepOut(cells, position + lift * normal);
   std::uint32_t seen = 0;
-  for (std::size_t k = 0; k < 8; ++k) {
+  for (std::uint32_t k = 0; k < 8; ++k) {
     if (place->slot[k] == kInactive) continue;
     const glm::vec3 cache = place->positionOf(cells, k);
     if (glm::dot(cache - position, normal) <= 0.0f) continue;
@@ -314,22 +296,23 @@ CellStencil stencilOf(const CellSet& cells, const glm::vec3& position, const glm
   const std::optional<ReadPlace> place = readPlaceOf(cells, position, normal);
   if (!place) return stencil;
   float sum = 0.0f;
-  const auto read = [&](std::size_t k, float scale) {
+  const std::array<float, 8> weight = trilinear(place->share);
+  const auto read = [&](std::uint32_t k, float scale) {
     stencil.slot[k] = place->slot[k];
-    sum += stencil.weight[k] = scale * place->weightOf(k);
+    sum += stencil.weight[k] = scale * std::max(weight[k], 1e-4f);
   };
-  for (std::size_t k = 0; k < 8; ++k) {
+  for (std::uint32_t k = 0; k < 8; ++k) {
     if ((seen >> k & 1u) != 0 && place->slot[k] != kInactive) read(k, 1.0f);
   }
   if (!(sum > 1e-3f)) {
     stencil = {};
     sum = 0.0f;
-    for (std::size_t k = 0; k < 8; ++k) {
+    for (std::uint32_t k = 0; k < 8; ++k) {
       if (place->slot[k] == kInactive) continue;
       read(k, glm::dot(place->positionOf(cells, k) - position, normal) > 0.0f ? 1.0f : 1e-3f);
     }
   }
-  for (float& weight : stencil.weight) weight = sum > 0.0f ? weight / sum : 0.0f;
+  for (float& share : stencil.weight) share = sum > 0.0f ? share / sum : 0.0f;
   return stencil;
 }
 
