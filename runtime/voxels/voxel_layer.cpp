@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // See voxel_layer.h. Each pair of a triangle and a voxel that it overlaps adds the triangle's share of area there; a
-// first sum finds the voxel's axis, a second one what faces each side of it. Sums are of integers, so that batches and
-// threads change nothing.
+// first sum finds the voxel's axis, a second one what is outermost on each side of it, a third one what faces it. All
+// are of integers, so that batches and threads change nothing.
 #include "runtime/voxels/voxel_layer.h"
 
 #include "runtime/shared/chunks.h"
 #include "runtime/voxels/overlap.h"
+#include "runtime/voxels/side_columns.h"
 #include "runtime/voxels/summed_surfaces.h"
 #include "runtime/voxels/voxel_pairs.h"
 
@@ -29,6 +30,7 @@ using Moment = std::array<std::int64_t, 6>;
 
 struct SideSums {
   std::int64_t weight = 0, area = 0;
+  std::int64_t visible = 0;             // of the weight, what nothing before it in the voxel hides
   std::int64_t within = 0;              // triangles that do not merely touch the voxel
   std::int64_t facing = 0, across = 0;  // area of triangles that face the axis more or less, and that stand across
   std::int64_t emitting = 0, backEmitting = 0;  // weight of triangles that emit, from their front and their back
@@ -127,16 +129,29 @@ void addMoment(const SnappedTriangle& t, std::int64_t share, Moment& m) {
   m[5] += share * n.z * n.x;
 }
 
+// 127 squared times the cosine between a triangle's normal and an axis.
+int cosineOf(const SnappedTriangle& t, const glm::ivec3& axis) {
+  const glm::ivec3 n = normalOf(t);
+  return n.x * axis.x + n.y * axis.y + n.z * axis.z;
+}
+
+// The side of a voxel that it faces.
+std::size_t sideOf(int cosine) { return cosine >= 0 ? 0 : 1; }
+
 // What a triangle adds to both sides of a voxel with this axis. [127 times the unit vector]
 void addSides(const SnappedTriangle& t, std::uint32_t triangle, const SummedSurfaces& surfaces, const glm::ivec3& v,
-              const glm::ivec3& axis, const VoxelPair& pair, double emissionUnit, std::span<SideSums, 2> sides) {
+              const glm::ivec3& axis, const VoxelPair& pair, const SideColumns& columns, double emissionUnit,
+              std::span<SideSums, 2> sides) {
   const std::int64_t share = pair.share;
   const PlacesIn places(t, v);
   const glm::ivec3 n = normalOf(t), place = places.nearest(glm::ivec3(0)), albedo = surfaces.albedo(t.surface);
-  const int cosine = n.x * axis.x + n.y * axis.y + n.z * axis.z;
-  SideSums &s = sides[cosine >= 0 ? 0 : 1], &other = sides[cosine >= 0 ? 1 : 0];
+  const int cosine = cosineOf(t, axis);
+  const std::size_t side = sideOf(cosine);
+  SideSums &s = sides[side], &other = sides[1 - side];
   const std::int64_t weight = std::max<std::int64_t>(share * std::abs(cosine) / (127 * 127), 1);
+  const std::int64_t visible = columns.seenOf(weight, t, v, axis, side);
   s.weight += weight;
+  s.visible += visible;
   s.area += share;
   if (pair.touches == 0) ++s.within;
   // Where two walls meet one hides nothing of the other; of a lamp's small triangles half are behind others.
@@ -146,7 +161,7 @@ void addSides(const SnappedTriangle& t, std::uint32_t triangle, const SummedSurf
     const auto i = static_cast<std::size_t>(k);
     s.normal[i] += weight * n[k];
     s.position[i] += weight * place[k];
-    s.albedo[i] += weight * albedo[k];
+    s.albedo[i] += visible * albedo[k];
   }
   // What stands across is seen from both sides.
   const bool isAcross = 8 * std::abs(cosine) < 127 * 127;
@@ -189,7 +204,7 @@ VoxelSide finish(const glm::vec3& axis, const SideSums& own, const SideSums& oth
   const glm::dvec3 sum = toDouble(s.normal);
   const double length = glm::length(sum);
   const glm::vec3 normal = length > 0.0 ? glm::vec3((isBack ? -1.0 : 1.0) * sum / length) : glm::vec3(outward);
-  const glm::vec3 albedo(toDouble(s.albedo) / (weight * kAlbedoSteps));
+  const glm::vec3 albedo(toDouble(s.albedo) / (static_cast<double>(s.visible) * kAlbedoSteps));
   // Emitters lie before other surfaces or beside them, so their flux is kept: spread over a plane through the voxel. In
   // a corner walls hide all that is not theirs, be they ever so small. Shares of area are counted in sixteenths of a
   // voxel: a quarter too much here is missing next door.
@@ -298,13 +313,12 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
   const float brightest = surfaces.brightest();
   const double emissionUnit = brightest > 0.0f ? double{brightest} / kEmissionSteps : 1.0;
 
-  // Calls visit(number, pairs) for each voxel and batch of triangles. One batch's pairs are found once for both passes.
+  // Calls visit(number, pairs) for each voxel and batch of triangles.
   const auto count = static_cast<std::uint32_t>(triangles.size());
-  VoxelPairs pairs;
   const auto forVoxels = [&](const auto& visit) {
     for (std::uint32_t first = 0; first < count; first += kBatch) {
-      if (count > kBatch || pairs.begin.empty())
-        pairs = findPairs(grid, triangles, first, first + std::min(count - first, kBatch), parallelFor, layer);
+      const VoxelPairs pairs =
+          findPairs(grid, triangles, first, first + std::min(count - first, kBatch), parallelFor, layer);
       forChunks(parallelFor, layer.kept, kVoxels, [&](std::uint32_t begin, std::uint32_t end) {
         for (std::uint32_t number = begin; number < end; ++number) visit(number, pairs.of(number));
       });
@@ -319,27 +333,50 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
 
   // 1. The axis of each voxel: the moment's column with the largest diagonal element
   std::vector<glm::vec3> axes(layer.kept);
-  std::vector<Moment> moment(layer.kept, Moment{});
-  forVoxels([&](std::uint32_t number, std::span<const VoxelPair> found) {
-    for (const VoxelPair& pair : found) addMoment(triangles[pair.triangle], pair.share, moment[number]);
-  });
-  for (std::uint32_t i = 0; i < layer.kept; ++i) {
-    axes[i] = glm::vec3(axisOf(moment[i]));
-    layer.axis[i] = glm::i8vec3(signedBytes(axes[i]));
-  }
-
-  // 2. What faces each side
+  const auto addMoments = [&](std::span<const VoxelPair> found, Moment& moment) {
+    for (const VoxelPair& pair : found) addMoment(triangles[pair.triangle], pair.share, moment);
+  };
+  const auto findAxis = [&](std::uint32_t number, const Moment& moment) {
+    axes[number] = glm::vec3(axisOf(moment));
+    layer.axis[number] = glm::i8vec3(signedBytes(axes[number]));
+  };
+  // 2. What is outermost on each side
+  const auto addColumns = [&](std::uint32_t number, std::span<const VoxelPair> found, SideColumns& columns) {
+    const glm::ivec3 axis(layer.axis[number]);
+    for (const VoxelPair& pair : found) {
+      const SnappedTriangle& t = triangles[pair.triangle];
+      columns.add(t, glm::ivec3(voxel[number]), axis, sideOf(cosineOf(t, axis)));
+    }
+  };
+  // 3. What faces each side
   std::vector<SideSums> sums(2 * std::size_t{layer.kept});
-  forVoxels([&](std::uint32_t number, std::span<const VoxelPair> found) {
+  const auto addAll = [&](std::uint32_t number, std::span<const VoxelPair> found, const SideColumns& columns) {
     const std::span<SideSums, 2> sides(&sums[2 * std::size_t{number}], 2);
     const glm::ivec3 axis(layer.axis[number]);
     for (const VoxelPair& pair : found) {
       const SnappedTriangle& t = triangles[pair.triangle];
-      addSides(t, pair.triangle, surfaces, glm::ivec3(voxel[number]), axis, pair, emissionUnit, sides);
+      addSides(t, pair.triangle, surfaces, glm::ivec3(voxel[number]), axis, pair, columns, emissionUnit, sides);
     }
-  });
+  };
+  if (count <= kBatch) {
+    forVoxels([&](std::uint32_t number, std::span<const VoxelPair> found) {
+      Moment moment{};
+      SideColumns columns;
+      addMoments(found, moment);
+      findAxis(number, moment);
+      addColumns(number, found, columns);
+      addAll(number, found, columns);
+    });
+  } else {  // each needs what the one before it found in all batches
+    std::vector<Moment> moment(layer.kept, Moment{});
+    std::vector<SideColumns> columns(layer.kept);
+    forVoxels([&](std::uint32_t number, std::span<const VoxelPair> found) { addMoments(found, moment[number]); });
+    for (std::uint32_t i = 0; i < layer.kept; ++i) findAxis(i, moment[i]);
+    forVoxels([&](std::uint32_t i, std::span<const VoxelPair> found) { addColumns(i, found, columns[i]); });
+    forVoxels([&](std::uint32_t i, std::span<const VoxelPair> found) { addAll(i, found, columns[i]); });
+  }
 
-  // 3. Means
+  // 4. Means
   std::vector<glm::vec3> emission(brightest > 0.0f ? sums.size() : 0, glm::vec3(0.0f));
   const auto cells = static_cast<std::uint32_t>(layer.bits.size());
   const PackedSides none(grid.voxel * grid.voxel);

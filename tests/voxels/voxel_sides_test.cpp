@@ -210,6 +210,44 @@ TEST(VoxelSides, aThinWallHasTwoColours) {
   EXPECT_NEAR(volume->radianceAt(blue.voxel, {-1, 0, 0}).z, 2.0f, 0.7f);
 }
 
+// A cloth that hangs before a wall, in the same voxels, is what is seen of them.
+TEST(VoxelSides, aClothBeforeAWallHidesIt) {
+  const glm::vec3 wall(0.8f), cloth(0.1f, 0.6f, 0.1f);
+  VoxelOptions options;
+  options.boxMin = {-4, -4, -4};
+  options.boxMax = {4, 4, 4};
+  options.cells = 16;
+  const VolumeGrid grid = VoxelVolume::create(VoxelLevel().geometry(), options)->grid();
+  const glm::vec3 corner = grid.toWorld(glm::vec3(grid.voxels() / 2));  // of a voxel
+  // How much of the wall the cloth is before, in strips; it hangs straight or aslant.
+  for (const float covered : {0.0f, 0.5f, 1.0f}) {
+    for (const float aslant : {0.0f, 0.2f}) {
+      VoxelLevel level;
+      level.surfaces = {{wall}, {cloth}};
+      const float behind = corner.x + 0.2f * grid.voxel, before = corner.x + 0.5f * grid.voxel;
+      const float under = before + aslant * grid.voxel;
+      level.addQuad({behind, -4, -4}, {behind, 4, -4}, {behind, 4, 4}, {behind, -4, 4}, 0);  // faces +x
+      for (int row = -8; covered > 0.0f && row < 8; ++row) {
+        const float from = corner.y + static_cast<float>(row) * grid.voxel, to = from + covered * grid.voxel;
+        level.addQuad({before, from, -4}, {under, to, -4}, {under, to, 4}, {before, from, 4}, 1);
+      }
+      const auto volume = VoxelVolume::create(level.geometry(), options);
+      ASSERT_TRUE(volume);
+      const glm::vec3 expected = glm::mix(wall, cloth, covered);
+      const float about = covered == 0.5f ? 0.08f : 2e-3f;  // shares of area are in sixteenths of a voxel
+      int seen = 0;
+      for (std::uint32_t i = 0; i < volume->sideCount(); ++i) {
+        const VoxelSide& side = volume->side(i);
+        const glm::ivec3 from = volume->voxelOfSide(i) - grid.voxels() / 2;
+        if (side.normal.x < 0.9f || from.x != 0 || std::max(std::abs(from.y), std::abs(from.z)) > 6) continue;
+        for (int k = 0; k < 3; ++k) EXPECT_NEAR(side.albedo[k], expected[k], about) << covered << ' ' << aslant;
+        ++seen;
+      }
+      EXPECT_EQ(seen, 13 * 13) << covered << ' ' << aslant;
+    }
+  }
+}
+
 // A wall on the face between two voxels is in both, its area in one: from either side it has its emission.
 TEST(VoxelSides, anEmitterBetweenTwoVoxelsShines) {
   VoxelOptions options;
