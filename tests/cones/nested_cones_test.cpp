@@ -75,13 +75,13 @@ TEST(NestedCones, awayFromTheInnerVolumesSeeTheOutermost) {
   EXPECT_GT(blocked, 100);
 }
 
-// Two walls in one voxel of the outermost volume, a dark one before a bright one, whose light shines through: they are
-// apart in the innermost.
-TEST(NestedCones, aWallThatTheInnerVolumeResolvesHidesWhatIsBehindIt) {
+// A dark plate before a bright wall, in voxels of the outermost volume that it fills in part: they are bright. In the
+// innermost both are apart.
+TEST(NestedCones, aPlateThatTheInnerVolumeResolvesHidesWhatIsBehindIt) {
   for (const float x : {0.15f, 0.22f, 0.3f}) {
     VoxelLevel level;
     level.surfaces = {{glm::vec3(0.0f)}, {glm::vec3(1.0f)}};
-    level.addQuad({x, -40, -40}, {x, -40, 40}, {x, 40, 40}, {x, 40, -40}, 0);
+    level.addQuad({x, -0.2f, -0.25f}, {x, -0.2f, 0.25f}, {x, 0.3f, 0.25f}, {x, 0.3f, -0.25f}, 0);
     level.addQuad({x + 0.14f, -40, -40}, {x + 0.14f, -40, 40}, {x + 0.14f, 40, 40}, {x + 0.14f, 40, -40}, 1);
     const NestedRoom room(level, nestedAbout(4, 8, {-8, -8, -8}, {8, 8, 8}, {0, 0, 0}), albedoOfLitSide);
     for (const float spread : {0.02f, 0.1f}) {
