@@ -13,7 +13,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <limits>
 
 namespace relume {
@@ -28,7 +27,7 @@ class SideColumns {
   void add(const SnappedTriangle& t, const glm::ivec3& voxel, const glm::ivec3& axis, std::size_t side) {
     visit(t, voxel, axis, side, [&](std::size_t column, std::int8_t height) {
       std::int8_t& top = top_[side][column];
-      hides_ = hides_ || (top != kNone && std::abs(top - height) > kAlike);
+      hides_ = hides_ || (top != kNone && top != height);
       top = std::max(top, height);
     });
   }
@@ -102,7 +101,7 @@ class SideColumns {
   }
 
   std::array<std::array<std::int8_t, 16>, 2> top_;  // heights of the outermost [1/64 voxel]
-  bool hides_ = false;                              // any of what it was given
+  bool hides_ = false;                              // a column has met two heights
 };
 
 }  // namespace relume
