@@ -19,13 +19,18 @@ namespace relume {
 
 class SideColumns {
  public:
-  SideColumns() {
+  SideColumns() = default;
+  // Of a voxel with this axis. [127 times the unit vector]
+  SideColumns(const glm::ivec3& voxel, const glm::ivec3& axis) : middle_(voxel * kVoxelSteps + kHalf) {
+    const glm::ivec3 size = glm::abs(axis);
+    along_ = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    isFrontUp_ = axis[along_] >= 0;
     for (auto& side : top_) side.fill(kNone);
   }
 
-  // A triangle that faces this side of a voxel with this axis hides what lies behind it. side: 0 = front
-  void add(const SnappedTriangle& t, const glm::ivec3& voxel, const glm::ivec3& axis, std::size_t side) {
-    visit(t, voxel, axis, side, [&](std::size_t column, std::int8_t height) {
+  // A triangle that faces this side hides what lies behind it. side: 0 = front
+  void add(const SnappedTriangle& t, std::size_t side) {
+    visit(t, side, [&](std::size_t column, std::int8_t height) {
       std::int8_t& top = top_[side][column];
       hides_ = hides_ || (top != kNone && top != height);
       top = std::max(top, height);
@@ -34,11 +39,10 @@ class SideColumns {
 
   // What is seen of a weight that is spread over a triangle of this side: at least 1 where a column sees it first, and
   // all of it where none meets it.
-  std::int64_t seenOf(std::int64_t weight, const SnappedTriangle& t, const glm::ivec3& voxel, const glm::ivec3& axis,
-                      std::size_t side) const {
+  std::int64_t seenOf(std::int64_t weight, const SnappedTriangle& t, std::size_t side) const {
     if (!hides_) return weight;
     int met = 0, seen = 0;
-    visit(t, voxel, axis, side, [&](std::size_t column, std::int8_t height) {
+    visit(t, side, [&](std::size_t column, std::int8_t height) {
       ++met;
       if (height + kAlike >= top_[side][column]) ++seen;
     });
@@ -47,6 +51,7 @@ class SideColumns {
   }
 
  private:
+  static constexpr int kHalf = kVoxelSteps / 2, kWide = kVoxelSteps / kBrickSide;
   static constexpr int kAlike = 2;  // [1/64 voxel] so near to the outermost is as far out
   static constexpr std::int8_t kNone = std::numeric_limits<std::int8_t>::min();
 
@@ -60,17 +65,13 @@ class SideColumns {
   // Calls found(column, height) for the columns that meet a triangle within the voxel. Heights are outward from its
   // middle.
   template <class Found>
-  static void visit(const SnappedTriangle& t, const glm::ivec3& voxel, const glm::ivec3& axis, std::size_t side,
-                    const Found& found) {
-    constexpr int kHalf = kVoxelSteps / 2, kWide = kVoxelSteps / kBrickSide;
-    const glm::ivec3 size = glm::abs(axis);
-    const int along = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    const int outward = (axis[along] < 0) == (side == 0) ? -1 : 1;
+  void visit(const SnappedTriangle& t, std::size_t side, const Found& found) const {
+    const int outward = isFrontUp_ == (side == 0) ? 1 : -1;
     std::array<Corner, 3> corner{};
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
-        const auto a = (static_cast<std::size_t>(along) + 1 + k) % 3;
-        corner[i][k] = t.corner[i][a] - (voxel[static_cast<int>(a)] * kVoxelSteps + kHalf);
+        const auto a = (static_cast<std::size_t>(along_) + 1 + k) % 3;
+        corner[i][k] = t.corner[i][a] - middle_[static_cast<int>(a)];
       }
     }
     const int whole = areaOf(corner[0], corner[1], corner[2][0], corner[2][1]);
@@ -100,8 +101,11 @@ class SideColumns {
     }
   }
 
-  std::array<std::array<std::int8_t, 16>, 2> top_;  // heights of the outermost [1/64 voxel]
-  bool hides_ = false;                              // a column has met two heights
+  glm::ivec3 middle_{0};                              // of the voxel [1/64 voxel]
+  int along_ = 0;                                     // axis of the grid
+  bool isFrontUp_ = true;                             // the front looks up it
+  std::array<std::array<std::int8_t, 16>, 2> top_{};  // heights of the outermost [1/64 voxel]
+  bool hides_ = false;                                // a column has met two heights
 };
 
 }  // namespace relume

@@ -149,7 +149,7 @@ void addSides(const SnappedTriangle& t, std::uint32_t triangle, const SummedSurf
   const std::size_t side = sideOf(cosine);
   SideSums &s = sides[side], &other = sides[1 - side];
   const std::int64_t weight = std::max<std::int64_t>(share * std::abs(cosine) / (127 * 127), 1);
-  const std::int64_t visible = columns.seenOf(weight, t, v, axis, side);
+  const std::int64_t visible = columns.seenOf(weight, t, side);
   s.weight += weight;
   s.visible += visible;
   s.area += share;
@@ -341,11 +341,14 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
     layer.axis[number] = glm::i8vec3(signedBytes(axes[number]));
   };
   // 2. What is outermost on each side
+  const auto columnsOf = [&](std::uint32_t number) {
+    return SideColumns(glm::ivec3(voxel[number]), glm::ivec3(layer.axis[number]));
+  };
   const auto addColumns = [&](std::uint32_t number, std::span<const VoxelPair> found, SideColumns& columns) {
     const glm::ivec3 axis(layer.axis[number]);
     for (const VoxelPair& pair : found) {
       const SnappedTriangle& t = triangles[pair.triangle];
-      columns.add(t, glm::ivec3(voxel[number]), axis, sideOf(cosineOf(t, axis)));
+      columns.add(t, sideOf(cosineOf(t, axis)));
     }
   };
   // 3. What faces each side
@@ -361,9 +364,9 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
   if (count <= kBatch) {
     forVoxels([&](std::uint32_t number, std::span<const VoxelPair> found) {
       Moment moment{};
-      SideColumns columns;
       addMoments(found, moment);
       findAxis(number, moment);
+      SideColumns columns = columnsOf(number);
       addColumns(number, found, columns);
       addAll(number, found, columns);
     });
@@ -371,7 +374,10 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
     std::vector<Moment> moment(layer.kept, Moment{});
     std::vector<SideColumns> columns(layer.kept);
     forVoxels([&](std::uint32_t number, std::span<const VoxelPair> found) { addMoments(found, moment[number]); });
-    for (std::uint32_t i = 0; i < layer.kept; ++i) findAxis(i, moment[i]);
+    for (std::uint32_t i = 0; i < layer.kept; ++i) {
+      findAxis(i, moment[i]);
+      columns[i] = columnsOf(i);
+    }
     forVoxels([&](std::uint32_t i, std::span<const VoxelPair> found) { addColumns(i, found, columns[i]); });
     forVoxels([&](std::uint32_t i, std::span<const VoxelPair> found) { addAll(i, found, columns[i]); });
   }
