@@ -11,6 +11,7 @@
 // passes between them, at k = floor(v0_a / 2h - (N_u d_u + N_v d_v) / (2h N_a)), d = c - v0.
 #pragma once
 
+#include "runtime/voxels/crossed_columns.h"
 #include "runtime/voxels/snap_triangles.h"
 #include "runtime/voxels/voxel_grid.h"
 
@@ -20,6 +21,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -28,21 +30,7 @@ namespace relume {
 
 class TriangleOverlap {
  public:
-  explicit TriangleOverlap(const SnappedTriangle& t) {
-    for (std::size_t c = 0; c < 3; ++c) corner_[c] = {t.corner[c][0], t.corner[c][1], t.corner[c][2]};
-    const glm::ivec3 a = corner_[1] - corner_[0], b = corner_[2] - corner_[0],
-                     normal(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x),
-                     size = glm::abs(normal);
-    steepest_ = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    normal_ = turned(normal);
-    for (glm::ivec3& corner : corner_) corner = turned(corner);
-    for (std::size_t c = 0; c < 3; ++c) {
-      const glm::ivec3 &from = corner_[c], edge = corner_[(c + 1) % 3] - from;
-      along_[0][c] = {from.y, from.z, edge.y, edge.z, normal_.x < 0};
-      along_[1][c] = {from.z, from.x, edge.z, edge.x, normal_.y < 0};
-      along_[2][c] = {from.x, from.y, edge.x, edge.y, normal_.z < 0};
-    }
-  }
+  explicit TriangleOverlap(const SnappedTriangle& t) : TriangleOverlap(t, areaNormal(t)) {}
 
   // visit(voxel) for each that is overlapped, within the grid.
   template <class Visit>
@@ -73,63 +61,27 @@ class TriangleOverlap {
   // How many of sixteen places, spread over the voxel as seen along the normal's longest axis, the triangle covers
   // within the voxel: its share of the triangle's area.
   std::uint32_t covered(const glm::ivec3& voxel) const {
-    constexpr int kQuarter = kVoxelSteps / 4;
-    const glm::ivec3 first =  // place
-        turned(voxel) * kVoxelSteps + glm::ivec3(kQuarter / 2, kQuarter / 2, kVoxelSteps / 2);
-    // Five sums that are linear in the place: it is covered where none is negative.
-    std::array<int, 5> at, alongU, alongV;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Edge& e = along_[2][k];
-      // A place on the edge of two triangles is one's alone.
-      const bool owns = e.u > 0 || (e.u == 0 && e.v > 0);
-      at[k] = e.u * first.x + e.v * first.y + e.offset - (owns ? 0 : 1);
-      alongU[k] = kQuarter * e.u;
-      alongV[k] = kQuarter * e.v;
-    }
-    const glm::ivec3 d = first - corner_[0];
-    const int depth = normal_.x * d.x + normal_.y * d.y + normal_.z * d.z,
-              reach = kVoxelSteps / 2 * std::abs(normal_.z);
-    at[3] = depth + reach;
-    at[4] = reach - 1 - depth;
-    alongU[3] = kQuarter * normal_.x;
-    alongU[4] = -alongU[3];
-    alongV[3] = kQuarter * normal_.y;
-    alongV[4] = -alongV[3];
-    std::array<int, 4> uncovered{};
-    for (int j = 0; j < 4; ++j) {
-      for (std::size_t i = 0; i < 4; ++i) {
-        int anyNegative = 0;
-        for (std::size_t k = 0; k < 5; ++k) anyNegative |= at[k] + static_cast<int>(i) * alongU[k];
-        uncovered[i] += anyNegative < 0 ? 1 : 0;
-      }
-      for (std::size_t k = 0; k < 5; ++k) at[k] += alongV[k];
-    }
-    return 16 - static_cast<std::uint32_t>(uncovered[0] + uncovered[1] + uncovered[2] + uncovered[3]);
+    return static_cast<std::uint32_t>(std::popcount(columns_.in(voxel)));
   }
 
  private:
-  // Of an edge in a projection along an axis: u p_u + v p_v + offset >= 0 inside.
-  struct Edge {
-    Edge() = default;
-    Edge(int fromU, int fromV, int edgeU, int edgeV, bool facesAway)
-        : u(facesAway ? edgeV : -edgeV),
-          v(facesAway ? -edgeU : edgeU),
-          offset(-u * fromU - v * fromV),
-          longest(std::max(std::abs(u), std::abs(v))) {}
-    int u = 0, v = 0, offset = 0, longest = 0;  // longest: the larger of |u| and |v|
-  };
-  using Edges = std::array<Edge, 3>;
+  using Edges = std::array<ProjectedEdge, 3>;
 
-  // Axes in another order, as if turned: the steepest one is z.
-  glm::ivec3 turned(const glm::ivec3& v) const {
-    return steepest_ == 0 ? glm::ivec3(v.y, v.z, v.x) : steepest_ == 1 ? glm::ivec3(v.z, v.x, v.y) : v;
+  TriangleOverlap(const SnappedTriangle& t, const glm::ivec3& normal)
+      : steepest_(longestAxis(normal)), columns_(t, normal, steepest_) {
+    for (std::size_t c = 0; c < 3; ++c)
+      corner_[c] = turned({t.corner[c][0], t.corner[c][1], t.corner[c][2]}, steepest_);
+    const glm::ivec3& n = columns_.normal();
+    for (std::size_t c = 0; c < 3; ++c) {
+      const glm::ivec3 &from = corner_[c], edge = corner_[(c + 1) % 3] - from;
+      along_[0][c] = {from.y, from.z, edge.y, edge.z, n.x < 0};
+      along_[1][c] = {from.z, from.x, edge.z, edge.x, n.y < 0};
+    }
   }
-  glm::ivec3 turnedBack(const glm::ivec3& v) const {
-    return steepest_ == 0 ? glm::ivec3(v.z, v.x, v.y) : steepest_ == 1 ? glm::ivec3(v.y, v.z, v.x) : v;
-  }
+
   // half: an edge of what has its middle there, halved.
   static bool isInside(const Edges& edges, int cu, int cv, int half) {
-    for (const Edge& e : edges) {
+    for (const ProjectedEdge& e : edges) {
       if (e.u * cu + e.v * cv + e.offset + half * e.longest < 0) return false;
     }
     return true;
@@ -140,19 +92,21 @@ class TriangleOverlap {
   void visitEach(const glm::ivec3& lowest, const glm::ivec3& highest, const Visit& visit) const {
     constexpr int kSteps = 1 << kShift, kHalf = kSteps / 2;
     const glm::ivec3 first =
-        glm::max((glm::min(corner_[0], glm::min(corner_[1], corner_[2])) - 1) >> kShift, turned(lowest));
-    const glm::ivec3 last = glm::min(glm::max(corner_[0], glm::max(corner_[1], corner_[2])) >> kShift, turned(highest));
+        glm::max((glm::min(corner_[0], glm::min(corner_[1], corner_[2])) - 1) >> kShift, turned(lowest, steepest_));
+    const glm::ivec3 last =
+        glm::min(glm::max(corner_[0], glm::max(corner_[1], corner_[2])) >> kShift, turned(highest, steepest_));
     if (glm::any(glm::greaterThan(first, last))) return;
-    const int sign = normal_.z < 0 ? -1 : 1, step = kSteps * std::abs(normal_.z),
-              begin = std::abs(normal_.z) * (corner_[0].z - kSteps * first.z);
+    const glm::ivec3& n = columns_.normal();
+    const int sign = n.z < 0 ? -1 : 1, step = kSteps * std::abs(n.z),
+              begin = std::abs(n.z) * (corner_[0].z - kSteps * first.z);
     glm::ivec3 s;
     for (s.y = first.y; s.y <= last.y; ++s.y) {
       const int cv = s.y * kSteps + kHalf;
       for (s.x = first.x; s.x <= last.x; ++s.x) {
         const int cu = s.x * kSteps + kHalf;
-        if (!isInside(along_[2], cu, cv, kHalf)) continue;
+        if (!isInside(columns_.edges(), cu, cv, kHalf)) continue;
         // Where the plane passes the row, from the first cube's bottom
-        const int at = begin - sign * (normal_.x * (cu - corner_[0].x) + normal_.y * (cv - corner_[0].y));
+        const int at = begin - sign * (n.x * (cu - corner_[0].x) + n.y * (cv - corner_[0].y));
         int low = first.z, high = last.z;
         if (high - low > 3) {  // a division takes as long as a few tests
           const int k = at / step - (at % step < 0 ? 1 : 0);
@@ -162,16 +116,16 @@ class TriangleOverlap {
         for (s.z = low; s.z <= high; ++s.z) {
           const int ca = s.z * kSteps + kHalf, above = at - step * (s.z - first.z);
           if (above >= 0 && above <= step && isInside(along_[0], cv, ca, kHalf) && isInside(along_[1], ca, cu, kHalf))
-            visit(turnedBack(s));
+            visit(turnedBack(s, steepest_));
         }
       }
     }
   }
 
-  int steepest_ = 0;  // axis along which the normal is longest
-  std::array<glm::ivec3, 3> corner_;
-  glm::ivec3 normal_{0};
-  std::array<Edges, 3> along_;  // in the projection along each axis
+  int steepest_;                      // axis along which the normal is longest: z of what is turned
+  CrossedColumns columns_;            // along it
+  std::array<glm::ivec3, 3> corner_;  // turned
+  std::array<Edges, 2> along_;        // in the projections along the other axes
 };
 
 }  // namespace relume

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // See voxel_layer.h. Each pair of a triangle and a voxel that it overlaps adds the triangle's share of area there; a
 // first sum finds the voxel's axis, a second one what is outermost on each side of it, a third one what faces it. All
-// are of integers, so that batches and threads change nothing.
+// are of integers, so that threads change nothing.
 #include "runtime/voxels/voxel_layer.h"
 
 #include "runtime/shared/chunks.h"
@@ -22,7 +22,7 @@ namespace relume {
 namespace {
 
 constexpr std::uint32_t kTriangles = 512, kVoxels = 1024, kCells = 64;  // of a chunk
-constexpr std::uint32_t kBatch = 1u << 22;                              // triangles whose pairs are held at once
+constexpr std::uint32_t kBatch = 1u << 22;  // triangles, about, whose pairs are held at once
 constexpr double kEmissionSteps = 0x1p+20;
 
 // Of n n^T over the voxel's triangles: xx, yy, zz, xy, yz, zx.
@@ -313,17 +313,6 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
   const float brightest = surfaces.brightest();
   const double emissionUnit = brightest > 0.0f ? double{brightest} / kEmissionSteps : 1.0;
 
-  // Calls visit(number, pairs) for each voxel and batch of triangles.
-  const auto count = static_cast<std::uint32_t>(triangles.size());
-  const auto forVoxels = [&](const auto& visit) {
-    for (std::uint32_t first = 0; first < count; first += kBatch) {
-      const VoxelPairs pairs =
-          findPairs(grid, triangles, first, first + std::min(count - first, kBatch), parallelFor, layer);
-      forChunks(parallelFor, layer.kept, kVoxels, [&](std::uint32_t begin, std::uint32_t end) {
-        for (std::uint32_t number = begin; number < end; ++number) visit(number, pairs.of(number));
-      });
-    }
-  };
   std::vector<glm::u8vec3> voxel(layer.kept);  // grids have up to 256 voxels along a side
   for (std::uint32_t c = 0; c < layer.bits.size(); ++c) {
     std::uint32_t number = layer.first[c];
@@ -331,55 +320,34 @@ void fillSides(const VolumeGrid& grid, std::span<const SnappedTriangle> triangle
       voxel[number] = glm::u8vec3(kBrickSide * grid.cellAt(c) + voxelOfBit(std::countr_zero(rest)));
   }
 
-  // 1. The axis of each voxel: the moment's column with the largest diagonal element
   std::vector<glm::vec3> axes(layer.kept);
-  const auto addMoments = [&](std::span<const VoxelPair> found, Moment& moment) {
+  std::vector<SideSums> sums(2 * std::size_t{layer.kept});
+  const auto sumVoxel = [&](std::uint32_t number, std::span<const VoxelPair> found) {
+    // 1. The axis: the moment's column with the largest diagonal element
+    Moment moment{};
     for (const VoxelPair& pair : found) addMoment(triangles[pair.triangle], pair.share, moment);
-  };
-  const auto findAxis = [&](std::uint32_t number, const Moment& moment) {
     axes[number] = glm::vec3(axisOf(moment));
-    layer.axis[number] = glm::i8vec3(signedBytes(axes[number]));
-  };
-  // 2. What is outermost on each side
-  const auto columnsOf = [&](std::uint32_t number) {
-    return SideColumns(glm::ivec3(voxel[number]), glm::ivec3(layer.axis[number]));
-  };
-  const auto addColumns = [&](std::uint32_t number, std::span<const VoxelPair> found, SideColumns& columns) {
-    const glm::ivec3 axis(layer.axis[number]);
+    const glm::ivec3 axis = signedBytes(axes[number]), at(voxel[number]);
+    layer.axis[number] = glm::i8vec3(axis);
+    // 2. What is outermost on each side
+    SideColumns columns(at, axis);
     for (const VoxelPair& pair : found) {
       const SnappedTriangle& t = triangles[pair.triangle];
       columns.add(t, sideOf(cosineOf(t, axis)));
     }
-  };
-  // 3. What faces each side
-  std::vector<SideSums> sums(2 * std::size_t{layer.kept});
-  const auto addAll = [&](std::uint32_t number, std::span<const VoxelPair> found, const SideColumns& columns) {
+    // 3. What faces each side
     const std::span<SideSums, 2> sides(&sums[2 * std::size_t{number}], 2);
-    const glm::ivec3 axis(layer.axis[number]);
-    for (const VoxelPair& pair : found) {
-      const SnappedTriangle& t = triangles[pair.triangle];
-      addSides(t, pair.triangle, surfaces, glm::ivec3(voxel[number]), axis, pair, columns, emissionUnit, sides);
-    }
+    for (const VoxelPair& pair : found)
+      addSides(triangles[pair.triangle], pair.triangle, surfaces, at, axis, pair, columns, emissionUnit, sides);
   };
-  if (count <= kBatch) {
-    forVoxels([&](std::uint32_t number, std::span<const VoxelPair> found) {
-      Moment moment{};
-      addMoments(found, moment);
-      findAxis(number, moment);
-      SideColumns columns = columnsOf(number);
-      addColumns(number, found, columns);
-      addAll(number, found, columns);
+  const std::size_t batches = triangles.size() / kBatch + 1;
+  const auto each = static_cast<std::uint32_t>(layer.kept / batches + 1);  // voxels of a batch
+  for (std::uint32_t first = 0; first < layer.kept; first += each) {
+    const std::uint32_t count = std::min(each, layer.kept - first);
+    const VoxelPairs pairs = findPairs(grid, triangles, first, first + count, parallelFor, layer);
+    forChunks(parallelFor, count, kVoxels, [&](std::uint32_t begin, std::uint32_t end) {
+      for (std::uint32_t number = first + begin; number < first + end; ++number) sumVoxel(number, pairs.of(number));
     });
-  } else {  // each needs what the one before it found in all batches
-    std::vector<Moment> moment(layer.kept, Moment{});
-    std::vector<SideColumns> columns(layer.kept);
-    forVoxels([&](std::uint32_t number, std::span<const VoxelPair> found) { addMoments(found, moment[number]); });
-    for (std::uint32_t i = 0; i < layer.kept; ++i) {
-      findAxis(i, moment[i]);
-      columns[i] = columnsOf(i);
-    }
-    forVoxels([&](std::uint32_t i, std::span<const VoxelPair> found) { addColumns(i, found, columns[i]); });
-    forVoxels([&](std::uint32_t i, std::span<const VoxelPair> found) { addAll(i, found, columns[i]); });
   }
 
   // 4. Means

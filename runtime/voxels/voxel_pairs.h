@@ -22,15 +22,17 @@ struct VoxelPair {
 };
 
 struct VoxelPairs {
-  std::vector<std::uint32_t> begin;  // [Size kept + 1] of each voxel's pairs
+  std::uint32_t first = 0;           // number of the first voxel
+  std::vector<std::uint32_t> begin;  // [Size voxels + 1] of each voxel's pairs
   std::vector<VoxelPair> pair;       // of a voxel by ascending triangle
 
   std::span<const VoxelPair> of(std::uint32_t voxel) const {
-    return {pair.data() + begin[voxel], begin[voxel + 1] - begin[voxel]};
+    const std::uint32_t i = voxel - first;
+    return {pair.data() + begin[i], begin[i + 1] - begin[i]};
   }
 };
 
-// Of the triangles [first, end) and those voxels of the layer that are kept. Twelve bytes a pair while it runs.
+// Of the voxels whose numbers are in [first, end). Twenty bytes a pair while it runs, eight after.
 VoxelPairs findPairs(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles, std::uint32_t first,
                      std::uint32_t end, const ParallelFor& parallelFor, const VoxelLayer& layer);
 

@@ -2,6 +2,7 @@
 // Which voxels are set, and what rays meet.
 #include "runtime/voxels/overlap.h"
 #include "runtime/voxels/step_place.h"
+#include "runtime/voxels/voxel_pairs.h"
 #include "runtime/voxels/voxel_volume.h"
 #include "tests/voxels/boxes.h"
 #include "tests/voxels/closed_surface.h"
@@ -157,6 +158,110 @@ TEST(Voxelise, setsWhatTheDefinitionSets) {
 }
 
 // Integers stand for the sums of floating-point numbers: transforms of any scale, far away, mirrored, without extent.
+// Down columns along each axis: by the plane's equation and the signs of areas, in fractions of 64 bits.
+TEST(Voxelise, columnsAreCrossedWhereTheTriangleIs) {
+  VolumeGrid grid;
+  grid.cells = {6, 6, 6};
+  std::mt19937 random(17);
+  std::uniform_real_distribution<float> place(2.0f, 22.0f), size(-3.0f, 3.0f);
+  int crossed = 0, onEdges = 0;
+  for (int i = 0; i < 60; ++i) {
+    glm::vec3 a(place(random), place(random), place(random));
+    if (i % 5 == 0) a = glm::floor(a) + 0.125f;  // through columns
+    const glm::vec3 b = a + glm::vec3(2, i % 3 == 0 ? 0.0f : size(random), size(random)),
+                    c = a + glm::vec3(i % 2 == 0 ? 0.0f : size(random), 2, size(random));
+    // Both halves of a quad: a column on the edge between them is one's.
+    std::map<std::array<int, 5>, int> found, inside, touched;
+    for (const auto& corners : {std::array{a, b, c}, std::array{b, b + c - a, c}}) {
+      for (const SnappedTriangle& t : snapped(grid, {corners[0], corners[1], corners[2]})) {
+        for (int axis = 0; axis < 3; ++axis) {
+          const CrossedColumns columns(t, axis);
+          TriangleOverlap(t).visitAll([&](const glm::ivec3& v) {
+            columns.visit(v, [&](std::size_t column, int height) {
+              ++found[{axis, v.x, v.y, v.z, static_cast<int>(column)}];
+              EXPECT_LE(std::abs(height), kVoxelSteps / 2);
+              // The column's place at this height is within a step of the plane.
+              const int wide = kVoxelSteps / 4, at = static_cast<int>(column);
+              const glm::ivec3 p =
+                  kVoxelSteps * v + turnedBack(glm::ivec3(wide * (at / 4) + wide / 2, wide * (at % 4) + wide / 2,
+                                                          kVoxelSteps / 2 + height),
+                                               axis);
+              const glm::ivec3 n = areaNormal(t), d = p - glm::ivec3(t.corner[0][0], t.corner[0][1], t.corner[0][2]);
+              EXPECT_LT(std::abs(n.x * d.x + n.y * d.y + n.z * d.z), std::abs(n[axis]));
+            });
+            for (int at = 0; at < 16; ++at) {
+              const int wide = kVoxelSteps / 4;
+              const glm::ivec3 p =
+                  turned(kVoxelSteps * v, axis) + glm::ivec3(wide * (at / 4) + wide / 2, wide * (at % 4) + wide / 2, 0);
+              std::array<glm::ivec3, 3> corner;
+              for (std::size_t k = 0; k < 3; ++k)
+                corner[k] = turned({t.corner[k][0], t.corner[k][1], t.corner[k][2]}, axis);
+              const auto areaOf = [&](std::size_t k) {
+                const glm::ivec3 e = corner[(k + 1) % 3] - corner[k], q = p - corner[k];
+                return std::int64_t{e.x} * q.y - std::int64_t{e.y} * q.x;
+              };
+              const std::int64_t one = areaOf(0), two = areaOf(1), three = areaOf(2), all = one + two + three;
+              if (all == 0 || std::min({one, two, three}) * std::max({one, two, three}) < 0) continue;
+              const std::int64_t up = two * corner[0].z + three * corner[1].z + one * corner[2].z - all * p.z;
+              if (up * (all > 0 ? 1 : -1) < 0 || up * (all > 0 ? 1 : -1) > kVoxelSteps * std::abs(all)) continue;
+              const bool strictly = one != 0 && two != 0 && three != 0 && up != 0 && up != kVoxelSteps * all;
+              ++(strictly ? inside : touched)[{axis, v.x, v.y, v.z, at}];
+            }
+          });
+        }
+      }
+    }
+    for (const auto& [column, times] : inside) {
+      ASSERT_EQ(found[column], times) << i;
+      ++crossed;
+    }
+    for (const auto& [column, times] : found) {
+      if (times == 0 || inside.count(column) != 0) continue;
+      ASSERT_TRUE(touched.count(column) != 0) << i;
+      ASSERT_EQ(times, 1) << i;
+      ++onEdges;
+    }
+  }
+  EXPECT_GT(crossed, 5000);
+  EXPECT_GT(onEdges, 100);
+}
+
+// What is found for some voxels at a time is what is found for all at once.
+TEST(Voxelise, pairsOfSomeVoxelsAreThoseOfAll) {
+  VolumeGrid grid;
+  grid.cells = {7, 5, 6};
+  std::mt19937 random(23);
+  std::vector<SnappedTriangle> triangles;
+  for (int i = 0; i < 12; ++i) {
+    std::uniform_real_distribution<float> place(-1.0f, 26.0f);
+    const auto more = snapped(grid, closedSurface(random, {place(random), place(random), place(random)}, 5.0f));
+    triangles.insert(triangles.end(), more.begin(), more.end());
+  }
+  for (const bool roams : {false, true}) {
+    grid.roams = roams;
+    VoxelLayer layer;
+    voxelise(grid, triangles, {}, layer);
+    layer.kept = layer.occupied - 10;
+    const VoxelPairs all = findPairs(grid, triangles, 0, layer.kept, {}, layer);
+    EXPECT_GT(all.pair.size(), layer.kept);
+    for (std::uint32_t first = 0; first < layer.kept;) {
+      const std::uint32_t end = std::min(first + 1 + static_cast<std::uint32_t>(random() % 300), layer.kept);
+      const VoxelPairs some = findPairs(grid, triangles, first, end, {}, layer);
+      for (std::uint32_t v = first; v < end; ++v) {
+        const auto &is = some.of(v), &was = all.of(v);
+        ASSERT_GT(was.size(), 0u) << "voxel " << v;
+        ASSERT_TRUE(std::equal(is.begin(), is.end(), was.begin(), was.end(),
+                               [](const VoxelPair& a, const VoxelPair& b) {
+                                 return a.triangle == b.triangle && a.share == b.share && a.touches == b.touches;
+                               }))
+            << "voxel " << v << " of " << first << " to " << end;
+      }
+      first = end;
+    }
+    EXPECT_EQ(findPairs(grid, triangles, 0, 0, {}, layer).pair.size(), 0u);
+  }
+}
+
 TEST(Voxelise, verticesAreOnTheNearestStep) {
   std::mt19937 random(6);
   std::size_t checked = 0;
