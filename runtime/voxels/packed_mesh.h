@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Meshes as a volume keeps them, to find voxels anew when parts or the volume move: in runs of 512 triangles, of which
-// those that were cut from one are kept as that one and its cuts (piece_trees.h), with each vertex once. Nothing is
+// those that were cut from one are kept as that one and its cuts (piece_trees.h), with each vertex once. Places are not
 // rounded.
 #pragma once
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Surfaces as sums over the triangles of a voxel take them: five bytes each at most, as neighbours are alike, and
-// twenty more of those that emit.
+// Surfaces as sums over the triangles of a voxel take them: some two bytes each, as neighbours are alike, and twenty
+// more of those that emit. Where nearly all of 64 neighbours have colours of their own, which a texture gives them,
+// albedo is told to a 32nd of what it varies by among them; elsewhere to 1/4095.
 #pragma once
 
 #include "relume/voxel_geometry.h"
@@ -52,10 +53,13 @@ class SummedSurfaces {
     std::uint64_t bits = bits_.at(block.placeOf(surface), block.width());
     Steps steps{};
     for (std::size_t k = 0; k < 3; ++k) {
-      steps[k] = block.least[k] + static_cast<int>(bits & ((1u << block.widthOf(k)) - 1));
+      const std::uint32_t shift = block.shiftOf(k),
+                          kept = static_cast<std::uint32_t>(bits) & ((1u << block.widthOf(k)) - 1);
+      // Between the middle of what has these bits and one below it by turns, as the mean of integers is.
+      steps[k] = block.least[k] + static_cast<int>((kept << shift) + ((1u << shift) - (kept & 1u)) / 2);
       bits >>= block.widthOf(k);
     }
-    return toAlbedo(steps);
+    return glm::clamp(toAlbedo(steps), 0, kAlbedoSteps);
   }
   const SurfaceEmission* emission(std::uint32_t surface) const {  // null: none
     if (emission_.empty() || !emits(surface)) return nullptr;
@@ -70,16 +74,18 @@ class SummedSurfaces {
 
  private:
   static constexpr std::uint32_t kBlock = 64;  // surfaces
+  static constexpr std::uint32_t kKept = 5;    // bits of a difference at most
   // Albedo as green, red less green, and blue less green, which vary less than red and blue do; whether it emits.
   using Steps = std::array<int, 4>;
 
-  // Neighbours are alike: of each the differences from the least of them are kept.
+  // Neighbours are alike: of each the difference from the least of them is kept; of textured ones by its highest bits.
   struct Block {
     std::array<std::int16_t, 4> least{};
-    std::uint16_t widths = 0;  // bits of each difference, in four
-    std::uint32_t first = 0;   // [kBlock bits]
+    std::uint16_t widths = 0, shifts = 0;  // bits of each difference that are kept, and that are not, in four
+    std::uint32_t first = 0;               // [kBlock bits]
 
     std::uint32_t widthOf(std::size_t k) const { return widths >> 4 * k & 15u; }
+    std::uint32_t shiftOf(std::size_t k) const { return shifts >> 4 * k & 15u; }
     std::uint32_t width() const { return widthOf(0) + widthOf(1) + widthOf(2) + widthOf(3); }
     std::size_t placeOf(std::uint32_t surface) const {
       return std::size_t{kBlock} * first + std::size_t{surface % kBlock} * width();
@@ -96,19 +102,33 @@ class SummedSurfaces {
     return bits_.at(block.placeOf(surface) + block.width() - 1, 1) != 0;
   }
 
+  // Whether more than 32 of the last ones have colours of their own, by hashes.
+  bool isTextured() const {
+    std::uint64_t seen = 0;
+    for (const Steps& steps : last_) {
+      std::uint32_t hash = 0;
+      for (std::size_t k = 0; k < 3; ++k) hash = (hash ^ static_cast<std::uint32_t>(steps[k])) * 2654435769u;
+      seen |= std::uint64_t{1} << (hash >> 26);
+    }
+    return std::popcount(seen) > 32;
+  }
+
   void packLast() {
     Block block;
     block.first = static_cast<std::uint32_t>(bits_.size() / kBlock);
+    const bool textured = isTextured();
     for (std::size_t k = 0; k < 4; ++k) {
       const auto less = [k](const Steps& a, const Steps& b) { return a[k] < b[k]; };
       const auto [least, most] = std::minmax_element(last_.begin(), last_.end(), less);
       block.least[k] = static_cast<std::int16_t>((*least)[k]);
-      const int range = (*most)[k] - (*least)[k];
-      block.widths = static_cast<std::uint16_t>(block.widths | std::bit_width(static_cast<unsigned>(range)) << 4 * k);
+      const auto width = static_cast<std::uint32_t>(std::bit_width(static_cast<unsigned>((*most)[k] - (*least)[k]))),
+                 kept = textured ? std::min(width, kKept) : width;
+      block.widths = static_cast<std::uint16_t>(block.widths | kept << 4 * k);
+      block.shifts = static_cast<std::uint16_t>(block.shifts | (width - kept) << 4 * k);
     }
     for (const Steps& steps : last_) {
       for (std::size_t k = 0; k < 4; ++k)
-        bits_.add(static_cast<std::uint64_t>(steps[k] - block.least[k]), block.widthOf(k));
+        bits_.add(static_cast<std::uint64_t>(steps[k] - block.least[k]) >> block.shiftOf(k), block.widthOf(k));
     }
     block_.push_back(block);
     last_.clear();

@@ -145,10 +145,15 @@ ScreenPicture VirtualScreen::settled() const {
   return last;
 }
 
-void VirtualScreen::xdotool(const std::string& arguments) const {
-  const std::string command = "DISPLAY=" + display_ + " xdotool " + arguments + " >/dev/null 2>&1";
-  if (std::system(command.c_str()) != 0) std::fprintf(stderr, "failed: %s\n", command.c_str());
+bool VirtualScreen::succeeds(const std::string& arguments) const {
+  return std::system(("DISPLAY=" + display_ + " xdotool " + arguments + " >/dev/null 2>&1").c_str()) == 0;
 }
+
+void VirtualScreen::xdotool(const std::string& arguments) const {
+  if (!succeeds(arguments)) std::fprintf(stderr, "failed: xdotool %s\n", arguments.c_str());
+}
+
+bool VirtualScreen::hasWindow(const std::string& title) const { return succeeds("search --name '" + title + "'"); }
 
 void VirtualScreen::moveTo(const glm::ivec2& at) const {
   xdotool("mousemove " + std::to_string(at.x) + " " + std::to_string(at.y));

@@ -77,9 +77,11 @@ class VirtualScreen {
   void holdKey(const std::string& name, double seconds) const;  // for a time, which the window may not see whole
   void dragOnce(int button, const glm::ivec2& from, const glm::ivec2& to) const;
   void press(const std::string& keys) const;
+  bool hasWindow(const std::string& title) const;  // whose title has this in it
   const std::string& display() const { return display_; }
 
  private:
+  bool succeeds(const std::string& arguments) const;  // of xdotool
   void xdotool(const std::string& arguments) const;
 
   std::filesystem::path folder_;

@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <optional>
 #include <set>
 #include <string>
@@ -236,6 +237,17 @@ class FirstLight {
   bool isTold_ = false;
 };
 
+// "level.glb, level.relume - Relume": what is shown, and what lights it.
+std::string titleOf(const LoadedLevel& level) {
+  const auto nameOf = [](const std::string& path) {
+    return printable(std::filesystem::path(path).filename().string());
+  };
+  const std::string light = !level.isBaked           ? "without a bake"
+                            : level.bakeFile.empty() ? "baked in memory"
+                                                     : nameOf(level.bakeFile);
+  return nameOf(level.sceneFile) + ", " + light + " - Relume";
+}
+
 void loop(Window& window, Session& session, FirstLight& firstLight) {
   double last = glfwGetTime();
   glm::dvec2 cursor(0.0);
@@ -278,6 +290,7 @@ void loop(Window& window, Session& session, FirstLight& firstLight) {
     glfwSwapBuffers(window.get());
     if (session.viewer) firstLight.tell(*session.viewer);
     const LoadedLevel* const before = std::exchange(shown, session.level.get());
+    if (shown && before != shown) glfwSetWindowTitle(window.get(), titleOf(*shown).c_str());
     rest.frame(now, isBusy || before != shown || session.isMoving() || ImGui::IsAnyItemActive());
   }
 }
