@@ -182,8 +182,8 @@ void NestedVolumesGl::write(std::size_t level, const VoxelVolume& volume) {
 void NestedVolumesGl::writeRayCells(const FollowedVolume& to, const VoxelVolume& volume) {
   const SubVoxels &standing = volume.standing().subVoxels, &moving = volume.moving().subVoxels;
   const auto firstMoving = static_cast<std::uint32_t>(to.at.firstSubVoxels + standing.of.size());
-  subVoxels_.write(8 * std::size_t{to.at.firstSubVoxels}, bytesOf(standing.of));
-  subVoxels_.write(8 * std::size_t{firstMoving}, bytesOf(moving.of));
+  subVoxels_.write(8 * std::size_t{to.at.firstSubVoxels}, bytesOf(standing.of.ofVoxels()));
+  subVoxels_.write(8 * std::size_t{firstMoving}, bytesOf(moving.of.ofVoxels()));
   const glm::uvec3 cells(volume.grid().cells), row(cells_.size());
   std::vector<RelumeRayCell> layer(std::size_t{row.x} * row.y);
   for (std::uint32_t z = 0; z < cells.z; ++z) {

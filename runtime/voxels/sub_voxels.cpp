@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -45,15 +46,59 @@ class FoundSubVoxels {
   std::vector<Found> all_;
 };
 
-// Number what `bits` has; none has sub-voxels as yet.
-void number(SubVoxels& all) { all.of.assign(numberBits(all.bits, all.first), 0); }
+// Number what `bits` has: room for the sub-voxels of each.
+std::vector<std::uint64_t> number(SubVoxels& all) {
+  return std::vector<std::uint64_t>(numberBits(all.bits, all.first), 0);
+}
 
 // Of the voxel of this bit.
 std::uint32_t numberOf(const SubVoxels& all, std::size_t cell, std::uint64_t bit) {
   return all.first[cell] + static_cast<std::uint32_t>(std::popcount(all.bits[cell] & (bit - 1)));
 }
 
+// Shapes by a table of their hashes, of which half at least stays empty.
+class ShapeNumbers {
+ public:
+  static constexpr std::size_t kMost = std::size_t{1} << 16;
+
+  // The shape's number, which is appended where it has none. [fewer than kMost shapes]
+  std::uint16_t numberOf(std::uint64_t shape, std::vector<std::uint64_t>& shapes) {
+    for (std::uint64_t at = shape * 0x9E3779B97F4A7C15u >> 47;; ++at) {
+      std::uint32_t& slot = slot_[at % slot_.size()];
+      if (slot == 0) {
+        shapes.push_back(shape);
+        slot = static_cast<std::uint32_t>(shapes.size());
+      }
+      if (shapes[slot - 1] == shape) return static_cast<std::uint16_t>(slot - 1);
+    }
+  }
+
+ private:
+  std::vector<std::uint32_t> slot_ = std::vector<std::uint32_t>(2 * kMost, 0);  // 0: none
+};
+
 }  // namespace
+
+SubVoxelShapes::SubVoxelShapes(std::vector<std::uint64_t> ofVoxels) {
+  // Six bytes a voxel are saved, for eight a shape.
+  const std::size_t most = std::min(ShapeNumbers::kMost, 3 * ofVoxels.size() / 4);
+  ShapeNumbers numbers;
+  number_.reserve(ofVoxels.size());
+  for (std::size_t v = 0; v < ofVoxels.size() && shape_.size() < most; ++v)
+    number_.push_back(numbers.numberOf(ofVoxels[v], shape_));
+  if (number_.size() == ofVoxels.size()) {
+    shape_.shrink_to_fit();
+    return;
+  }
+  shape_ = std::move(ofVoxels);
+  number_ = {};
+}
+
+std::vector<std::uint64_t> SubVoxelShapes::ofVoxels() const {
+  std::vector<std::uint64_t> all(size());
+  for (std::size_t v = 0; v < all.size(); ++v) all[v] = (*this)[v];
+  return all;
+}
 
 SubVoxels findSubVoxels(const VolumeGrid& grid, std::span<const SnappedTriangle> triangles,
                         const ParallelFor& parallelFor) {
@@ -73,23 +118,26 @@ SubVoxels findSubVoxels(const VolumeGrid& grid, std::span<const SnappedTriangle>
   for (const auto& chunk : chunks) {
     for (const FoundSubVoxels::Found& each : chunk) all.bits[each.cell] |= std::uint64_t{1} << each.voxel;
   }
-  number(all);
+  std::vector<std::uint64_t> of = number(all);
   for (const auto& chunk : chunks) {
     for (const FoundSubVoxels::Found& each : chunk)
-      all.of[numberOf(all, each.cell, std::uint64_t{1} << each.voxel)] |= each.subVoxels;
+      of[numberOf(all, each.cell, std::uint64_t{1} << each.voxel)] |= each.subVoxels;
   }
+  all.of = SubVoxelShapes(std::move(of));
   return all;
 }
 
 SubVoxels SubVoxels::moved(const VolumeGrid& to, const glm::ivec3& by) const {
   SubVoxels moved;
   moved.bits = movedBits(bits, to, by);
-  number(moved);
+  std::vector<std::uint64_t> made = number(moved);
   for (std::uint32_t c = 0; c < bits.size(); ++c) {
-    if (moved.bits[c] != 0)
-      std::copy_n(of.begin() + first[to.cellIndex(to.cellAt(c) + by)], std::popcount(moved.bits[c]),
-                  moved.of.begin() + moved.first[c]);
+    if (moved.bits[c] == 0) continue;
+    const std::uint32_t from = first[to.cellIndex(to.cellAt(c) + by)];
+    const auto count = static_cast<std::uint32_t>(std::popcount(moved.bits[c]));
+    for (std::uint32_t v = 0; v < count; ++v) made[moved.first[c] + v] = of[from + v];
   }
+  moved.of = SubVoxelShapes(std::move(made));
   return moved;
 }
 
@@ -97,15 +145,16 @@ SubVoxels SubVoxels::patched(std::span<const std::uint64_t> dirty, const SubVoxe
   SubVoxels made;
   made.bits.resize(bits.size());
   for (std::size_t c = 0; c < bits.size(); ++c) made.bits[c] = (bits[c] & ~dirty[c]) | (patch.bits[c] & dirty[c]);
-  number(made);
+  std::vector<std::uint64_t> ofMade = number(made);
   for (std::size_t c = 0; c < bits.size(); ++c) {
     std::uint32_t to = made.first[c];
     for (std::uint64_t rest = made.bits[c]; rest != 0; rest &= rest - 1, ++to) {
       const std::uint64_t bit = rest & (~rest + 1);
       const SubVoxels& from = (dirty[c] & bit) != 0 ? patch : *this;
-      made.of[to] = from.of[numberOf(from, c, bit)];
+      ofMade[to] = from.of[numberOf(from, c, bit)];
     }
   }
+  made.of = SubVoxelShapes(std::move(ofMade));
   return made;
 }
 

@@ -20,10 +20,28 @@
 
 namespace relume {
 
+// brickBit() of each sub-voxel that a triangle overlaps, of voxels by number. A level has far fewer shapes than voxels:
+// each is kept once, unless there are so many that this does not pay.
+class SubVoxelShapes {
+ public:
+  SubVoxelShapes() = default;
+  explicit SubVoxelShapes(std::vector<std::uint64_t> ofVoxels);
+
+  std::uint64_t operator[](std::size_t voxel) const { return number_.empty() ? shape_[voxel] : shape_[number_[voxel]]; }
+  std::size_t size() const { return number_.empty() ? shape_.size() : number_.size(); }  // [voxels]
+  std::vector<std::uint64_t> ofVoxels() const;                                           // as they came
+  std::size_t bytes() const { return sizeof(shape_[0]) * shape_.size() + sizeof(number_[0]) * number_.size(); }
+  bool operator==(const SubVoxelShapes&) const = default;
+
+ private:
+  std::vector<std::uint64_t> shape_;   // in the order in which voxels have them first
+  std::vector<std::uint16_t> number_;  // of each voxel's shape; none: each voxel has one of its own
+};
+
 struct SubVoxels {
   std::vector<std::uint64_t> bits;   // [Size cells] brickBit() of each voxel that has some
   std::vector<std::uint32_t> first;  // [Size cells] number of the cell's first such voxel
-  std::vector<std::uint64_t> of;     // [Size such voxels] brickBit() of each sub-voxel that a triangle overlaps
+  SubVoxelShapes of;                 // [Size such voxels]
 
   // Of any voxel of the grid.
   std::uint64_t in(const VolumeGrid& grid, const glm::ivec3& v) const {
@@ -35,9 +53,7 @@ struct SubVoxels {
   // The same but for the voxels of `dirty`, which are those of `patch`. [Size dirty: cells]
   SubVoxels patched(std::span<const std::uint64_t> dirty, const SubVoxels& patch) const;
 
-  std::size_t bytes() const {
-    return sizeof(bits[0]) * bits.size() + sizeof(first[0]) * first.size() + sizeof(of[0]) * of.size();
-  }
+  std::size_t bytes() const { return sizeof(bits[0]) * bits.size() + sizeof(first[0]) * first.size() + of.bytes(); }
   bool operator==(const SubVoxels&) const = default;
 };
 

@@ -262,6 +262,29 @@ TEST(Voxelise, pairsOfSomeVoxelsAreThoseOfAll) {
   }
 }
 
+// Whether shapes are shared or not, each voxel has the one that it came with.
+TEST(SubVoxelShapes, areThoseThatCame) {
+  std::mt19937_64 random(31);
+  for (const std::size_t shapes : {std::size_t{1}, std::size_t{500}, (std::size_t{1} << 16) - 1, std::size_t{1} << 16,
+                                   (std::size_t{1} << 16) + 1, std::size_t{1} << 17}) {
+    std::vector<std::uint64_t> some(shapes);
+    for (std::uint64_t& each : some) each = random();
+    some[0] = 0;
+    std::vector<std::uint64_t> all(std::max<std::size_t>(2 * shapes, 100));
+    for (std::size_t v = 0; v < all.size(); ++v) all[v] = some[v < shapes ? v : random() % shapes];
+    const SubVoxelShapes kept(all);
+    ASSERT_EQ(kept.size(), all.size());
+    EXPECT_EQ(kept.ofVoxels(), all);
+    EXPECT_EQ(kept.bytes(), shapes < 1u << 16 ? 8 * shapes + 2 * all.size() : 8 * all.size()) << shapes;
+    EXPECT_TRUE(kept == SubVoxelShapes(all));
+  }
+  // So few are alike that numbers would only add to them.
+  std::vector<std::uint64_t> apart(1000);
+  for (std::uint64_t& each : apart) each = random();
+  EXPECT_EQ(SubVoxelShapes(apart).bytes(), 8 * apart.size());
+  EXPECT_EQ(SubVoxelShapes(std::vector<std::uint64_t>()).size(), 0u);
+}
+
 TEST(Voxelise, verticesAreOnTheNearestStep) {
   std::mt19937 random(6);
   std::size_t checked = 0;
