@@ -55,11 +55,16 @@ static_assert(3 * kTrianglesOfRun < 1u << kCountBits);
 // Zero has one sign, so that equal vertices are of the same bits.
 glm::vec3 withoutSignOfZero(const glm::vec3& v) { return v + 0.0f; }
 
+struct RunSurface {
+  std::uint32_t number = 0;  // among those that the host has handed over
+  bool isOfOne = false;      // each triangle of the run has its own
+};
+
 // A mesh run by run.
 class MeshPacker {
  public:
-  // `surface`: of each run's surfaces, a number among those that the host has handed over.
-  MeshPacker(std::span<const VoxelSurface> surfaces, std::vector<std::uint32_t>& surface)
+  // `surface`: of each run its surfaces
+  MeshPacker(std::span<const VoxelSurface> surfaces, std::vector<RunSurface>& surface)
       : surfaces_(surfaces), surface_(surface) {}
 
   PackedMesh pack(const VoxelMesh& mesh) {
@@ -125,9 +130,9 @@ class MeshPacker {
       // Neighbours are alike: the latest ones, the last of them first
       std::size_t at = surface_.size();
       const std::size_t end = std::max(first, at - std::min(at, kSurfacesCompared));
-      while (at > end && !isSame(surfaces_[surface_[at - 1]], surfaces_[s])) --at;
+      while (at > end && !isSame(surfaces_[surface_[at - 1].number], surfaces_[s])) --at;
       if (at == end) {
-        surface_.push_back(s);
+        surface_.push_back({s, false});
         at = surface_.size();
       }
       surfaceOf_.push_back(static_cast<std::uint16_t>(at - 1 - first));
@@ -135,7 +140,7 @@ class MeshPacker {
     const std::size_t once = surface_.size() - first;
     if (8 * once > 7 * own_.size()) {
       surface_.resize(first);
-      surface_.insert(surface_.end(), own_.begin(), own_.end());
+      for (const std::uint32_t s : own_) surface_.push_back({s, true});
     } else {
       head.surface = std::max(1u, static_cast<std::uint32_t>(std::bit_width(once - 1)));
     }
@@ -160,7 +165,7 @@ class MeshPacker {
   }
 
   std::span<const VoxelSurface> surfaces_;
-  std::vector<std::uint32_t>& surface_;
+  std::vector<RunSurface>& surface_;
   RunVertices table_;
   PieceTrees pieces_;
   std::vector<std::uint32_t> own_;  // of each triangle
@@ -215,7 +220,7 @@ bool isThere(float coverage, std::uint32_t triangle) {
 PackedGeometry packGeometry(const VoxelGeometry& geometry, const ParallelFor& parallelFor) {
   PackedGeometry packed;
   packed.mesh.resize(geometry.meshes.size());
-  std::vector<std::vector<std::uint32_t>> surface(geometry.meshes.size());
+  std::vector<std::vector<RunSurface>> surface(geometry.meshes.size());
   forChunks(parallelFor, static_cast<std::uint32_t>(packed.mesh.size()), 1,
             [&](std::uint32_t first, std::uint32_t last) {
               for (std::uint32_t m = first; m < last; ++m)
@@ -223,7 +228,7 @@ PackedGeometry packGeometry(const VoxelGeometry& geometry, const ParallelFor& pa
             });
   for (std::size_t m = 0; m < packed.mesh.size(); ++m) {
     for (TriangleRun& run : packed.mesh[m].run) run.firstSurface += packed.surfaces.size();
-    for (const std::uint32_t s : surface[m]) packed.surfaces.add(geometry.surfaces[s]);
+    for (const RunSurface& each : surface[m]) packed.surfaces.add(geometry.surfaces[each.number], each.isOfOne);
   }
   return packed;
 }

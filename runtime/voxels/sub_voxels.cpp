@@ -59,11 +59,13 @@ std::uint32_t numberOf(const SubVoxels& all, std::size_t cell, std::uint64_t bit
 // Shapes by a table of their hashes, of which half at least stays empty.
 class ShapeNumbers {
  public:
-  static constexpr std::size_t kMost = std::size_t{1} << 16;
+  // For so many shapes. [1..2^16]
+  explicit ShapeNumbers(std::size_t most)
+      : slot_(std::bit_ceil(2 * most), 0), shift_(64 - std::countr_zero(slot_.size())) {}
 
-  // The shape's number, which is appended where it has none. [fewer than kMost shapes]
+  // The shape's number, which is appended where it has none.
   std::uint16_t numberOf(std::uint64_t shape, std::vector<std::uint64_t>& shapes) {
-    for (std::uint64_t at = shape * 0x9E3779B97F4A7C15u >> 47;; ++at) {
+    for (std::uint64_t at = shape * 0x9E3779B97F4A7C15u >> shift_;; ++at) {
       std::uint32_t& slot = slot_[at % slot_.size()];
       if (slot == 0) {
         shapes.push_back(shape);
@@ -74,15 +76,16 @@ class ShapeNumbers {
   }
 
  private:
-  std::vector<std::uint32_t> slot_ = std::vector<std::uint32_t>(2 * kMost, 0);  // 0: none
+  std::vector<std::uint32_t> slot_;  // a shape's number and one; 0: none
+  int shift_;                        // to a hash's highest bits
 };
 
 }  // namespace
 
 SubVoxelShapes::SubVoxelShapes(std::vector<std::uint64_t> ofVoxels) {
   // Six bytes a voxel are saved, for eight a shape.
-  const std::size_t most = std::min(ShapeNumbers::kMost, 3 * ofVoxels.size() / 4);
-  ShapeNumbers numbers;
+  const std::size_t most = std::min(std::size_t{1} << 16, 3 * ofVoxels.size() / 4);
+  ShapeNumbers numbers(std::max<std::size_t>(most, 1));
   number_.reserve(ofVoxels.size());
   for (std::size_t v = 0; v < ofVoxels.size() && shape_.size() < most; ++v)
     number_.push_back(numbers.numberOf(ofVoxels[v], shape_));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Surfaces as sums over the triangles of a voxel take them: some two bytes each, as neighbours are alike, and twenty
-// more of those that emit. Where nearly all of 64 neighbours have colours of their own, which a texture gives them,
-// albedo is told to a 32nd of what it varies by among them; elsewhere to 1/4095.
+// more of those that emit. Where each of 64 neighbours is one triangle's, which it is where there is a texture, albedo
+// is told to a 16th or a 31st of what it varies by among them; elsewhere to 1/4095.
 #pragma once
 
 #include "relume/voxel_geometry.h"
@@ -16,6 +16,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace relume {
@@ -35,7 +36,8 @@ class SummedSurfaces {
     for (const VoxelSurface& each : surfaces) add(each);
   }
 
-  void add(const VoxelSurface& surface) {
+  // isOfOne: one triangle has it, as those have that a texture covers.
+  void add(const VoxelSurface& surface, bool isOfOne = false) {
     const glm::ivec3 albedo(glm::floor(surface.albedo * float{kAlbedoSteps} + 0.5f));
     const bool emits = surface.emission != glm::vec3(0.0f);
     if (emits) {
@@ -43,6 +45,7 @@ class SummedSurfaces {
       brightest_ = std::max({brightest_, surface.emission.x, surface.emission.y, surface.emission.z});
     }
     last_.push_back({albedo.y, albedo.x - albedo.y, albedo.z - albedo.y, emits ? 1 : 0});
+    ofOne_ += isOfOne ? 1 : 0;
     if (last_.size() == kBlock) packLast();
   }
 
@@ -55,8 +58,7 @@ class SummedSurfaces {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t shift = block.shiftOf(k),
                           kept = static_cast<std::uint32_t>(bits) & ((1u << block.widthOf(k)) - 1);
-      // Between the middle of what has these bits and one below it by turns, as the mean of integers is.
-      steps[k] = block.least[k] + static_cast<int>((kept << shift) + ((1u << shift) - (kept & 1u)) / 2);
+      steps[k] = block.least[k] + static_cast<int>(kept << shift);
       bits >>= block.widthOf(k);
     }
     return glm::clamp(toAlbedo(steps), 0, kAlbedoSteps);
@@ -78,7 +80,8 @@ class SummedSurfaces {
   // Albedo as green, red less green, and blue less green, which vary less than red and blue do; whether it emits.
   using Steps = std::array<int, 4>;
 
-  // Neighbours are alike: of each the difference from the least of them is kept; of textured ones by its highest bits.
+  // Neighbours are alike: of each the difference from the least of them is kept; of textured ones by its highest bits,
+  // rounded down or up by turns so that means over a few of them stay.
   struct Block {
     std::array<std::int16_t, 4> least{};
     std::uint16_t widths = 0, shifts = 0;  // bits of each difference that are kept, and that are not, in four
@@ -102,33 +105,28 @@ class SummedSurfaces {
     return bits_.at(block.placeOf(surface) + block.width() - 1, 1) != 0;
   }
 
-  // Whether more than 32 of the last ones have colours of their own, by hashes.
-  bool isTextured() const {
-    std::uint64_t seen = 0;
-    for (const Steps& steps : last_) {
-      std::uint32_t hash = 0;
-      for (std::size_t k = 0; k < 3; ++k) hash = (hash ^ static_cast<std::uint32_t>(steps[k])) * 2654435769u;
-      seen |= std::uint64_t{1} << (hash >> 26);
-    }
-    return std::popcount(seen) > 32;
-  }
-
   void packLast() {
     Block block;
     block.first = static_cast<std::uint32_t>(bits_.size() / kBlock);
-    const bool textured = isTextured();
+    const bool textured = std::exchange(ofOne_, 0) == kBlock;
     for (std::size_t k = 0; k < 4; ++k) {
       const auto less = [k](const Steps& a, const Steps& b) { return a[k] < b[k]; };
       const auto [least, most] = std::minmax_element(last_.begin(), last_.end(), less);
       block.least[k] = static_cast<std::int16_t>((*least)[k]);
-      const auto width = static_cast<std::uint32_t>(std::bit_width(static_cast<unsigned>((*most)[k] - (*least)[k]))),
-                 kept = textured ? std::min(width, kKept) : width;
-      block.widths = static_cast<std::uint16_t>(block.widths | kept << 4 * k);
-      block.shifts = static_cast<std::uint16_t>(block.shifts | (width - kept) << 4 * k);
+      const auto range = static_cast<std::uint32_t>((*most)[k] - (*least)[k]);
+      std::uint32_t shift = 0;
+      while (textured && ((1u << kKept) - 1) << shift < range) ++shift;
+      const auto width = static_cast<std::uint32_t>(std::bit_width(shift > 0 ? (1u << kKept) - 1 : range));
+      block.widths = static_cast<std::uint16_t>(block.widths | width << 4 * k);
+      block.shifts = static_cast<std::uint16_t>(block.shifts | shift << 4 * k);
     }
-    for (const Steps& steps : last_) {
-      for (std::size_t k = 0; k < 4; ++k)
-        bits_.add(static_cast<std::uint64_t>(steps[k] - block.least[k]) >> block.shiftOf(k), block.widthOf(k));
+    for (std::uint32_t i = 0; i < kBlock; ++i) {
+      for (std::size_t k = 0; k < 4; ++k) {
+        const std::uint32_t shift = block.shiftOf(k),
+                            turn = i * 2654435769u + static_cast<std::uint32_t>(k) * 0x55555555u;
+        const std::uint64_t up = std::uint64_t{turn} << shift >> 32;  // [0..2^shift)
+        bits_.add((static_cast<std::uint64_t>(last_[i][k] - block.least[k]) + up) >> shift, block.widthOf(k));
+      }
     }
     block_.push_back(block);
     last_.clear();
@@ -137,6 +135,7 @@ class SummedSurfaces {
   std::vector<Block> block_;
   PackedBits bits_;
   std::vector<Steps> last_;                // that no block has as yet
+  std::uint32_t ofOne_ = 0;                // how many of them one triangle has
   std::vector<SurfaceEmission> emission_;  // by ascending surface
   float brightest_ = 0.0f;
 };
