@@ -66,6 +66,7 @@ class CrossedColumns {
     }
   }
 
+  int axis() const { return axis_; }
   const glm::ivec3& normal() const { return normal_; }  // areaNormal(), turned
   const std::array<ProjectedEdge, 3>& edges() const { return edge_; }
 

@@ -67,10 +67,9 @@ class TriangleOverlap {
  private:
   using Edges = std::array<ProjectedEdge, 3>;
 
-  TriangleOverlap(const SnappedTriangle& t, const glm::ivec3& normal)
-      : steepest_(longestAxis(normal)), columns_(t, normal, steepest_) {
+  TriangleOverlap(const SnappedTriangle& t, const glm::ivec3& normal) : columns_(t, normal, longestAxis(normal)) {
     for (std::size_t c = 0; c < 3; ++c)
-      corner_[c] = turned({t.corner[c][0], t.corner[c][1], t.corner[c][2]}, steepest_);
+      corner_[c] = turned({t.corner[c][0], t.corner[c][1], t.corner[c][2]}, columns_.axis());
     const glm::ivec3& n = columns_.normal();
     for (std::size_t c = 0; c < 3; ++c) {
       const glm::ivec3 &from = corner_[c], edge = corner_[(c + 1) % 3] - from;
@@ -91,10 +90,10 @@ class TriangleOverlap {
   template <int kShift, class Visit>
   void visitEach(const glm::ivec3& lowest, const glm::ivec3& highest, const Visit& visit) const {
     constexpr int kSteps = 1 << kShift, kHalf = kSteps / 2;
-    const glm::ivec3 first =
-        glm::max((glm::min(corner_[0], glm::min(corner_[1], corner_[2])) - 1) >> kShift, turned(lowest, steepest_));
+    const glm::ivec3 first = glm::max((glm::min(corner_[0], glm::min(corner_[1], corner_[2])) - 1) >> kShift,
+                                      turned(lowest, columns_.axis()));
     const glm::ivec3 last =
-        glm::min(glm::max(corner_[0], glm::max(corner_[1], corner_[2])) >> kShift, turned(highest, steepest_));
+        glm::min(glm::max(corner_[0], glm::max(corner_[1], corner_[2])) >> kShift, turned(highest, columns_.axis()));
     if (glm::any(glm::greaterThan(first, last))) return;
     const glm::ivec3& n = columns_.normal();
     const int sign = n.z < 0 ? -1 : 1, step = kSteps * std::abs(n.z),
@@ -116,14 +115,13 @@ class TriangleOverlap {
         for (s.z = low; s.z <= high; ++s.z) {
           const int ca = s.z * kSteps + kHalf, above = at - step * (s.z - first.z);
           if (above >= 0 && above <= step && isInside(along_[0], cv, ca, kHalf) && isInside(along_[1], ca, cu, kHalf))
-            visit(turnedBack(s, steepest_));
+            visit(turnedBack(s, columns_.axis()));
         }
       }
     }
   }
 
-  int steepest_;                      // axis along which the normal is longest: z of what is turned
-  CrossedColumns columns_;            // along it
+  CrossedColumns columns_;            // along the axis along which the normal is longest: z of what is turned
   std::array<glm::ivec3, 3> corner_;  // turned
   std::array<Edges, 2> along_;        // in the projections along the other axes
 };

@@ -15,7 +15,6 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -31,11 +30,6 @@ struct SurfaceEmission {
 
 class SummedSurfaces {
  public:
-  SummedSurfaces() = default;
-  explicit SummedSurfaces(std::span<const VoxelSurface> surfaces) {
-    for (const VoxelSurface& each : surfaces) add(each);
-  }
-
   // isOfOne: one triangle has it, as those have that a texture covers.
   void add(const VoxelSurface& surface, bool isOfOne = false) {
     const glm::ivec3 albedo(glm::floor(surface.albedo * float{kAlbedoSteps} + 0.5f));

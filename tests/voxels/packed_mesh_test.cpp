@@ -134,7 +134,7 @@ struct CutTriangles {
   }
 };
 
-// Colours of materials are kept as they are; those of a texture to a 32nd of what they vary by, and their mean.
+// Colours of materials are kept as they are; those of a texture to a 16th of what they vary by, and their mean.
 TEST(PackedMesh, albedoIsOffByALittleOfWhatNeighboursVaryBy) {
   std::mt19937 random(29);
   std::uniform_real_distribution<float> uniform;

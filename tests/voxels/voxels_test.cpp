@@ -157,7 +157,6 @@ TEST(Voxelise, setsWhatTheDefinitionSets) {
   EXPECT_GT(checked, 200);
 }
 
-// Integers stand for the sums of floating-point numbers: transforms of any scale, far away, mirrored, without extent.
 // Down columns along each axis: by the plane's equation and the signs of areas, in fractions of 64 bits.
 TEST(Voxelise, columnsAreCrossedWhereTheTriangleIs) {
   VolumeGrid grid;
@@ -285,6 +284,7 @@ TEST(SubVoxelShapes, areThoseThatCame) {
   EXPECT_EQ(SubVoxelShapes(std::vector<std::uint64_t>()).size(), 0u);
 }
 
+// Integers stand for the sums of floating-point numbers: transforms of any scale, far away, mirrored, without extent.
 TEST(Voxelise, verticesAreOnTheNearestStep) {
   std::mt19937 random(6);
   std::size_t checked = 0;
