@@ -38,7 +38,7 @@ Error noMemoryForMaps() {
 std::uint32_t voxelAt(const VoxelVolume& volume, const glm::ivec3& v) {
   if (!volume.isOccupied(v)) return kNoVoxel;
   const VolumeGrid& grid = volume.grid();
-  const bool moves = volume.moving().occupied > 0 && volume.moving().has(grid, v);
+  const bool moves = volume.hasMoving() && volume.moving().has(grid, v);
   const VoxelLayer& layer = moves ? volume.moving() : volume.standing();
   const std::uint32_t number = layer.numberOf(grid, v);
   if (number >= layer.kept) return kNoVoxel;

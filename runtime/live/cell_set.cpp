@@ -123,7 +123,7 @@ CellSet contentOf(const VoxelVolume& volume, const CellSet* before) {
     addContent(volume.standing(), volume.parallelFor(), cells.standingContent);
   }
   cells.content = cells.standingContent;
-  addContent(volume.moving(), volume.parallelFor(), cells.content);
+  if (volume.hasMoving()) addContent(volume.moving(), volume.parallelFor(), cells.content);
   return cells;
 }
 

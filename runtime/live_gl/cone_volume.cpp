@@ -53,7 +53,7 @@ void ConeVolume::findVoxels(const VoxelVolume& volume) {
                 std::uint32_t i = cellTexels_[c].z;
                 for (std::uint64_t rest = bits[c]; rest != 0; rest &= rest - 1, ++i) {
                   const glm::ivec3 v = kBrickSide * grid_.cellAt(c) + voxelOfBit(std::countr_zero(rest));
-                  const bool moves = moving.occupied > 0 && moving.has(grid_, v);
+                  const bool moves = volume.hasMoving() && moving.has(grid_, v);
                   const std::uint32_t number = (moves ? moving : standing).numberOf(grid_, v);
                   if (number >= (moves ? moving : standing).kept) continue;
                   const std::uint32_t voxel = moves ? standing.kept + number : number;

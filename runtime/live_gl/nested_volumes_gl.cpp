@@ -190,8 +190,9 @@ void NestedVolumesGl::writeRayCells(const FollowedVolume& to, const VoxelVolume&
     for (std::uint32_t y = 0; y < cells.y; ++y) {
       for (std::uint32_t x = 0; x < cells.x; ++x) {
         const std::uint32_t c = (z * cells.y + y) * cells.x + x;
-        layer[y * row.x + x] = {wordsOf(standing.bits[c]), wordsOf(moving.bits[c]),
-                                to.at.firstSubVoxels + standing.first[c], firstMoving + moving.first[c]};
+        layer[y * row.x + x] = {wordsOf(standing.bits[c]), wordsOf(to.moves ? moving.bits[c] : 0),
+                                to.at.firstSubVoxels + standing.first[c],
+                                firstMoving + (to.moves ? moving.first[c] : 0)};
       }
     }
     rayCells_.write(sizeof(RelumeRayCell) * layer.size() * (static_cast<std::uint32_t>(to.at.layer) + z),
@@ -265,7 +266,7 @@ Status NestedVolumesGl::follow(std::span<const VoxelVolume> volumes) {
     if (!hasChanged) continue;
     volume.cells = std::move(*next[l].cells);
     volume.standingKept = volumes[l].standing().kept;
-    volume.moves = volumes[l].moving().occupied > 0;
+    volume.moves = volumes[l].hasMoving();
   }
   lostRadiance_ = lostRadiance_ || (wasLit && isLost);
 

@@ -82,6 +82,10 @@ Status VoxelVolume::fill(const VolumeGrid& grid, bool moves, const std::vector<P
   const auto wants = [&](std::uint32_t p) { return parts[p].part.moves == moves; };
   if (Status ok = snapParts(grid, parts, SnapBox::of(grid), wants, triangles, stats); !ok) return ok;
   voxelise(grid, triangles, parallelFor_, layer);
+  if (moves && layer.occupied == 0) {
+    layer = VoxelLayer();
+    return done();
+  }
   fillSides(grid, triangles, geometry_->surfaces, budget(), parallelFor_, layer);
   stats.occupied = layer.occupied;
   stats.dropped = layer.occupied - layer.kept;
@@ -141,26 +145,25 @@ Status VoxelVolume::refill(const std::vector<Part>& parts, std::span<const PartE
   return done();
 }
 
-// What both layers make together. `light` has the light of the sides, which may be fewer than before.
-void VoxelVolume::join(SideLight light) noexcept {
-  direct_ = std::move(light.direct);
-  radiance_ = std::move(light.radiance);
-  for (std::size_t c = 0; c < bits_.size(); ++c) {
-    bits_[c] = standing_->bits[c] | moving_.bits[c];
-    rayBits_[c] = standing_->subVoxels.bits[c] | moving_.subVoxels.bits[c];
-  }
-}
-
-// Dark sides for two layers, of which the first `kept` have the light that they had.
-VoxelVolume::SideLight VoxelVolume::sideLight(const VoxelLayer& standing, const VoxelLayer& moving,
-                                              std::size_t kept) const {
-  SideLight light;
-  const std::size_t sides = standing.sideCount() + moving.sideCount(), same = std::min({kept, direct_.size(), sides});
-  light.direct.assign(direct_.begin(), direct_.begin() + static_cast<std::ptrdiff_t>(same));
-  light.radiance.assign(radiance_.begin(), radiance_.begin() + static_cast<std::ptrdiff_t>(same / 2));
-  light.direct.resize(sides);
-  light.radiance.resize(sides / 2);
-  return light;
+// Of two layers, whose sides are dark but for the first `kept`, which have the light that they had.
+VoxelVolume::Joined VoxelVolume::join(const VoxelLayer& standing, const VoxelLayer& moving, std::size_t kept) const {
+  Joined both;
+  const std::size_t sides = standing.sideCount() + moving.sideCount(),
+                    same = std::min({kept, joined_.direct.size(), sides});
+  both.direct = joined_.direct.before(same);
+  both.direct.growTo(sides);
+  both.radiance.reserve(sides / 2);
+  both.radiance.assign(joined_.radiance.begin(), joined_.radiance.begin() + static_cast<std::ptrdiff_t>(same / 2));
+  both.radiance.resize(sides / 2);
+  if (moving.occupied == 0) return both;
+  const auto joinBits = [](const std::vector<std::uint64_t>& a, const std::vector<std::uint64_t>& b) {
+    std::vector<std::uint64_t> all(a);
+    for (std::size_t c = 0; c < all.size(); ++c) all[c] |= b[c];
+    return all;
+  };
+  both.bits = joinBits(standing.bits, moving.bits);
+  both.rayBits = joinBits(standing.subVoxels.bits, moving.subVoxels.bits);
+  return both;
 }
 
 Status VoxelVolume::place(std::span<const glm::mat4x3> toWorld, std::vector<Part>& parts) const {
@@ -212,8 +215,8 @@ Result<VoxelVolume::Change> VoxelVolume::findPlaces(const PartPlaces& places) co
       Status ok = fill(grid_, true, parts, change.moving.emplace(), change.movingStats);
       if (!ok) return ok.error();
     }
-    change.light = sideLight(change.standing ? *change.standing : *standing_, change.moving ? *change.moving : moving_,
-                             places.edits ? 0 : standingSides());
+    change.joined = join(change.standing ? *change.standing : *standing_, change.moving ? *change.moving : moving_,
+                         places.edits ? 0 : standingSides());
     change.ms_ = watch.lap();
     return change;
   } catch (const std::bad_alloc&) {
@@ -269,7 +272,7 @@ Result<VoxelVolume::Change> VoxelVolume::findShift(const glm::ivec3& shift) cons
       }
     }
     if (Status ok = fill(*change.grid, true, parts_, moving, change.movingStats); !ok) return ok.error();
-    change.light = sideLight(standing, moving, 0);
+    change.joined = join(standing, moving, 0);
     change.ms_ = watch.lap();
     return change;
   } catch (const std::bad_alloc&) {
@@ -292,7 +295,7 @@ void VoxelVolume::take(Change change) noexcept {
     movingVersion_ = newVersion();
     if (!change.standing) moveMs_ = change.ms_;
   }
-  join(std::move(change.light));
+  joined_ = std::move(change.joined);
 }
 
 std::uint32_t VoxelVolume::budget() const {
@@ -308,9 +311,7 @@ Status VoxelVolume::fillAll() {
   standing_ = std::move(standing);
   standingVersion_ = newVersion();
   movingVersion_ = newVersion();
-  bits_.resize(grid_.cellCount());
-  rayBits_.resize(grid_.cellCount());
-  join(sideLight(*standing_, moving_, 0));
+  joined_ = join(*standing_, moving_, 0);
   voxeliseMs_ = watch.lap();
   return done();
 }

@@ -24,8 +24,9 @@
 namespace relume {
 namespace {
 
-constexpr std::uint32_t kSides = 64;  // 4 x 64 places: as many as VisibilityBatch takes
-constexpr float kLift = 0.05f;        // [voxel] of places off their surface, which is rounded
+constexpr std::uint32_t kSides = 64;                  // 4 x 64 places: as many as VisibilityBatch takes
+constexpr std::uint32_t kSidesAtOnce = 512 * kSides;  // whose light is held before what is dark of it goes
+constexpr float kLift = 0.05f;                        // [voxel] of places off their surface, which is rounded
 
 Error voxelsError(const std::string& what) { return {ErrorCode::usage, "voxels: " + what}; }
 
@@ -111,18 +112,20 @@ class DirectLight {
   DirectLight(const VoxelVolume& volume, const LightSetup& setup, std::span<const Light> lights)
       : volume_(volume), setup_(setup), lights_(lights) {}
 
-  void light(std::uint32_t begin, std::uint32_t end, std::span<PackedLight> irradiance) const {
-    const std::uint32_t count = end - begin;
+  // Of sides from `begin` on. [Size irradiance: at most kSides]
+  void light(std::uint32_t begin, std::span<PackedLight> irradiance) const {
+    const auto count = static_cast<std::uint32_t>(irradiance.size());
     std::array<glm::vec3, kSides> sum{};
     std::array<glm::vec3, 4 * kSides> position, normal, arriving;
     std::array<std::uint32_t, 4 * kSides> slot;
     std::array<float, 4 * kSides> visible;
     std::array<SideSamples, kSides> samples;
     std::array<glm::vec3, kSides> middle;
-    volume_.forSurfaces(begin, end, [&](std::uint32_t s, const glm::ivec3& voxel, const SideSurface& surface) {
-      samples[s - begin] = surface.samples;
-      middle[s - begin] = glm::vec3(voxel) + 0.5f;
-    });
+    volume_.forSurfaces(begin, begin + count,
+                        [&](std::uint32_t s, const glm::ivec3& voxel, const SideSurface& surface) {
+                          samples[s - begin] = surface.samples;
+                          middle[s - begin] = glm::vec3(voxel) + 0.5f;
+                        });
     for (std::uint32_t k = 0; k < lights_.size(); ++k) {
       std::uint32_t lit = 0;
       for (std::uint32_t i = 0; i < count; ++i) {
@@ -151,7 +154,7 @@ class DirectLight {
         if (visible[i] > 0.0f) sum[slot[i]] += arriving[i] * std::min(visible[i], 1.0f);
       }
     }
-    for (std::uint32_t i = 0; i < count; ++i) irradiance[begin + i] = PackedLight(sum[i]);
+    for (std::uint32_t i = 0; i < count; ++i) irradiance[i] = PackedLight(sum[i]);
   }
 
  private:
@@ -171,8 +174,19 @@ Status VoxelVolume::lightDirectly(const LightSetup& setup) {
     std::pmr::vector<Light> lights(std::pmr::new_delete_resource());
     normaliseLights(setup.lights, lights);
     const DirectLight direct(*this, setup, lights);
-    forChunks(parallelFor_, sideCount(), kSides,
-              [&](std::uint32_t first, std::uint32_t last) { direct.light(first, last, direct_); });
+    SparseLight found;
+    std::vector<PackedLight> room(std::min(kSidesAtOnce, sideCount()));
+    while (found.size() < sideCount()) {
+      const auto first = static_cast<std::uint32_t>(found.size());
+      const std::span next(room.data(), std::min(kSidesAtOnce, sideCount() - first));
+      forChunks(parallelFor_, static_cast<std::uint32_t>(next.size()), kSides,
+                [&](std::uint32_t begin, std::uint32_t end) {
+                  direct.light(first + begin, next.subspan(begin, end - begin));
+                });
+      found.append(next);
+    }
+    found.shrinkToFit();
+    joined_.direct = std::move(found);
   } catch (const std::bad_alloc&) {
     return noMemoryForVoxels();
   }
@@ -216,13 +230,13 @@ void VoxelVolume::reflect(const SideIrradiance& bounced, const glm::vec3& emissi
 }
 
 MarchHit VoxelVolume::march(const glm::vec3& originWorld, const glm::vec3& direction, float maxT) const {
-  MarchHit hit = VoxelMarch(grid_, bits_.data(), grid_.toGrid(originWorld), direction).first(maxT / grid_.voxel);
+  MarchHit hit = VoxelMarch(grid_, bits().data(), grid_.toGrid(originWorld), direction).first(maxT / grid_.voxel);
   hit.t *= grid_.voxel;
   return hit;
 }
 
 std::uint32_t VoxelVolume::sideAt(const glm::ivec3& voxel, const glm::vec3& direction) const {
-  const bool moves = moving_.has(grid_, voxel);
+  const bool moves = movesIn(voxel);
   const VoxelLayer& layer = moves ? moving_ : *standing_;
   const std::uint32_t number = layer.numberOf(grid_, voxel);
   if (number >= layer.kept) return kNoSide;
@@ -233,13 +247,13 @@ std::uint32_t VoxelVolume::sideAt(const glm::ivec3& voxel, const glm::vec3& dire
 bool VoxelVolume::meetsBack(const glm::ivec3& voxel, const glm::vec3& direction) const {
   const std::uint32_t side = sideAt(voxel, direction);
   if (side == kNoSide) return false;
-  const VoxelLayer& layer = moving_.has(grid_, voxel) ? moving_ : *standing_;
+  const VoxelLayer& layer = movesIn(voxel) ? moving_ : *standing_;
   const std::uint32_t cell = grid_.cellOf(voxel);
   return !CellSides::isFaced(layer.sides, cell, countBefore(layer.bits[cell], voxel), side % 2);
 }
 
 std::array<SideAt, 2> VoxelVolume::sidesAt(const glm::ivec3& voxel) const {
-  const bool moves = moving_.has(grid_, voxel);
+  const bool moves = movesIn(voxel);
   const VoxelLayer& layer = moves ? moving_ : *standing_;
   const std::uint32_t cell = grid_.cellOf(voxel),
                       front = 2 * layer.numberOf(grid_, voxel) + (moves ? standingSides() : 0);
@@ -290,11 +304,11 @@ std::vector<std::pair<std::string, std::size_t>> VoxelVolume::bufferSizes() cons
   };
   std::size_t geometry = geometry_->surfaces.bytes() + bytes(parts_);
   for (const PackedMesh& mesh : geometry_->mesh) geometry += mesh.bytes();
-  return {{"bricks", bytes(bits_) + bytes(standing_->bits) + bytes(standing_->first) + bytes(moving_.bits) +
+  return {{"bricks", bytes(joined_.bits) + bytes(standing_->bits) + bytes(standing_->first) + bytes(moving_.bits) +
                          bytes(moving_.first)},
-          {"sub-voxels", bytes(rayBits_) + standing_->subVoxels.bytes() + moving_.subVoxels.bytes()},
+          {"sub-voxels", bytes(joined_.rayBits) + standing_->subVoxels.bytes() + moving_.subVoxels.bytes()},
           {"voxel sides", sidesOf(*standing_) + sidesOf(moving_)},
-          {"voxel light", bytes(direct_) + bytes(radiance_)},
+          {"voxel light", joined_.direct.bytes() + bytes(joined_.radiance)},
           {"voxel geometry", geometry}};
 }
 

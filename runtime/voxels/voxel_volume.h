@@ -19,6 +19,7 @@
 #include "relume/voxel_geometry.h"
 #include "runtime/voxels/march.h"
 #include "runtime/voxels/packed_light.h"
+#include "runtime/voxels/sparse_light.h"
 #include "runtime/voxels/voxel_grid.h"
 #include "runtime/voxels/voxel_layer.h"
 
@@ -110,17 +111,19 @@ class VoxelVolume {
 
   // What a side sends out, in place of what reflect() found, as PackedLight holds it. [side < sideCount(), W/m²/sr,
   // finite] Throws nothing; each side by one thread.
-  void setRadiance(std::uint32_t side, const glm::vec3& radiance) { radiance_[side / 2].set(side, radiance); }
-  glm::vec3 radianceOf(std::uint32_t side) const { return radiance_[side / 2].of(side); }
+  void setRadiance(std::uint32_t side, const glm::vec3& radiance) { joined_.radiance[side / 2].set(side, radiance); }
+  glm::vec3 radianceOf(std::uint32_t side) const { return joined_.radiance[side / 2].of(side); }
 
   const VolumeGrid& grid() const { return grid_; }
   // Bits of what stands and of what moves. [Size cells]
-  std::span<const std::uint64_t> bits() const { return bits_; }
+  std::span<const std::uint64_t> bits() const { return hasMoving() ? joined_.bits : standing_->bits; }
   // The same of voxels that have sub-voxels, which is where rays may end. [Size cells]
-  std::span<const std::uint64_t> rayBits() const { return rayBits_; }
+  std::span<const std::uint64_t> rayBits() const { return hasMoving() ? joined_.rayBits : standing_->subVoxels.bits; }
   const VoxelLayer& standing() const { return *standing_; }
   // The same, for who keeps it beyond the volume's next change: layers do not change, but give way to others.
   const std::shared_ptr<const VoxelLayer>& sharedStanding() const { return standing_; }
+  // Whether a voxel of what moves is occupied; if none is, moving() has no cells either.
+  bool hasMoving() const { return moving_.occupied > 0; }
   const VoxelLayer& moving() const { return moving_; }
   // Sides of standing voxels, then those of moving ones.
   std::uint32_t sideCount() const { return standing_->sideCount() + moving_.sideCount(); }
@@ -148,12 +151,12 @@ class VoxelVolume {
   glm::vec3 emissionOfSide(std::uint32_t index) const {  // [W/m²/sr]
     return index < standingSides() ? standing_->emissionOf(index) : moving_.emissionOf(index - standingSides());
   }
-  glm::vec3 directOf(std::uint32_t side) const { return direct_[side].value(); }  // [W/m²]
+  glm::vec3 directOf(std::uint32_t side) const { return joined_.direct[side]; }  // [W/m²]
 
   // The first voxel along a ray, t in metres; direction is unit and the origin finite. [maxT > 0, m]
   MarchHit march(const glm::vec3& originWorld, const glm::vec3& direction, float maxT) const;
   // [Size sideCount() / 2] of standing voxels, then of moving ones.
-  std::span<const VoxelRadiance> radiance() const { return radiance_; }
+  std::span<const VoxelRadiance> radiance() const { return joined_.radiance; }
   // Of one of them: toward its front, 127 times the unit vector.
   const glm::i8vec3& axisOf(std::uint32_t voxel) const {
     return voxel < standing_->kept ? standing_->axis[voxel] : moving_.axis[voxel - standing_->kept];
@@ -169,22 +172,22 @@ class VoxelVolume {
 
   // Of voxels anywhere.
   bool isOccupied(const glm::ivec3& voxel) const {
-    return grid_.holds(voxel) && (bits_[grid_.cellOf(voxel)] >> brickBit(voxel) & 1u) != 0;
+    return grid_.holds(voxel) && (bits()[grid_.cellOf(voxel)] >> brickBit(voxel) & 1u) != 0;
   }
   // brickBit() of the sub-voxels of any voxel of the grid.
   std::uint64_t subVoxelsIn(const glm::ivec3& voxel) const {
     const std::uint64_t standing = standing_->subVoxels.in(grid_, voxel);
-    return moving_.occupied > 0 ? standing | moving_.subVoxels.in(grid_, voxel) : standing;
+    return hasMoving() ? standing | moving_.subVoxels.in(grid_, voxel) : standing;
   }
 
   // Radiance [W/m²/sr] of the side that a ray of this direction meets, as reflect() left it; black where dropped: of an
   // occupied voxel; and of what a ray met that ends in sub-voxels, black where it came in past all that emits there.
   glm::vec3 radianceAt(const glm::ivec3& voxel, const glm::vec3& direction) const {
-    const bool moves = moving_.occupied > 0 && moving_.has(grid_, voxel);
+    const bool moves = movesIn(voxel);
     return radianceOf(moves, (moves ? moving_ : *standing_).numberOf(grid_, voxel), direction);
   }
   glm::vec3 radianceAt(const MarchHit& hit, const glm::vec3& direction) const {
-    const bool moves = moving_.occupied > 0 && (moving_.subVoxels.in(grid_, hit.voxel) >> hit.subVoxel & 1u) != 0;
+    const bool moves = hasMoving() && (moving_.subVoxels.in(grid_, hit.voxel) >> hit.subVoxel & 1u) != 0;
     const VoxelLayer& layer = moves ? moving_ : *standing_;
     const std::uint32_t number = layer.numberBehind(grid_, hit.voxel, hit.subVoxel);
     if (emits_ && hit.across >= 0 && layer.isDark(number, hit.across, direction)) return glm::vec3(0.0f);
@@ -209,17 +212,22 @@ class VoxelVolume {
     bool present = true;
   };
 
-  struct SideLight {
-    std::vector<PackedLight> direct;
-    std::vector<VoxelRadiance> radiance;
+  // What both layers make together.
+  struct Joined {
+    SparseLight direct;                            // of sides, standing ones, then moving ones
+    std::vector<VoxelRadiance> radiance;           // of voxels that are kept, in the same order
+    std::vector<std::uint64_t> bits{}, rayBits{};  // [Size cells; 0 where nothing moves]
   };
 
   VoxelVolume() = default;
+  // Whether something that moves is in this voxel of the grid.
+  bool movesIn(const glm::ivec3& voxel) const { return hasMoving() && moving_.has(grid_, voxel); }
   // Of a layer's voxel.
   glm::vec3 radianceOf(bool moves, std::uint32_t number, const glm::vec3& direction) const {
     const VoxelLayer& layer = moves ? moving_ : *standing_;
     if (number >= layer.kept) return glm::vec3(0.0f);
-    return radiance_[moves ? standing_->kept + number : number].of(isFront(layer.axis[number], direction) ? 0 : 1);
+    return joined_.radiance[moves ? standing_->kept + number : number].of(isFront(layer.axis[number], direction) ? 0
+                                                                                                                 : 1);
   }
   template <class Read, class Visit>
   void forLayers(std::uint32_t begin, std::uint32_t end, const Visit& visit) const {
@@ -250,8 +258,7 @@ class VoxelVolume {
   Status fillMoved(const VolumeGrid& from, const VolumeGrid& to, VoxelLayer& layer, VoxelStats& stats) const;
   // [voxels] of each layer that keep their sides.
   std::uint32_t budget() const;
-  void join(SideLight light) noexcept;
-  SideLight sideLight(const VoxelLayer& standing, const VoxelLayer& moving, std::size_t kept) const;
+  Joined join(const VoxelLayer& standing, const VoxelLayer& moving, std::size_t kept) const;
 
   VolumeGrid grid_;
   std::shared_ptr<const PackedGeometry> geometry_;  // which copies share
@@ -261,9 +268,7 @@ class VoxelVolume {
   std::shared_ptr<const VoxelLayer> standing_;  // which copies share
   VoxelLayer moving_;
   VoxelStats standingStats_, movingStats_;
-  std::vector<std::uint64_t> bits_, rayBits_;
-  std::vector<PackedLight> direct_;
-  std::vector<VoxelRadiance> radiance_;  // of standing voxels that are kept, then of moving ones
+  Joined joined_;
   std::uint64_t standingVersion_ = 0, movingVersion_ = 0;
   bool emits_ = false;  // reflect() had emission
   double voxeliseMs_ = 0.0, moveMs_ = 0.0, directMs_ = 0.0, reflectMs_ = 0.0;
@@ -281,7 +286,7 @@ class VoxelVolume::Change {
   std::shared_ptr<VoxelLayer> standing;
   std::optional<VoxelLayer> moving;
   VoxelStats standingStats, movingStats;
-  SideLight light;
+  Joined joined;
   double ms_ = 0.0;
 };
 

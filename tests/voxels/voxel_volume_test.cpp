@@ -74,6 +74,45 @@ TEST(VoxelVolume, whatMovesIsVoxelisedAsWhatStands) {
   EXPECT_TRUE(std::equal(moved.begin(), moved.end(), volume->bits().begin()));
 }
 
+// Where nothing moves no bits are kept for it, and those of both are those of what stands.
+TEST(VoxelVolume, aPartThatLeavesTakesItsBitsAlong) {
+  VoxelLevel level;
+  level.addBox({-4, -4, -4}, {4, 4, 4}, true);
+  level.addBox({-1, -1, -1}, {1, 1, 1}, false);
+  level.parts[1].moves = true;
+  VoxelOptions options;
+  options.boxMin = {-4, -4, -4};
+  options.boxMax = {4, 4, 4};
+  auto volume = VoxelVolume::create(level.geometry(), options);
+  ASSERT_TRUE(volume);
+  const auto bytes = [&] {
+    std::size_t sum = 0;
+    for (const auto& [name, size] : volume->bufferSizes()) sum += size;
+    return sum;
+  };
+  const auto voxelAt = [&](const glm::vec3& p) { return glm::ivec3(glm::floor(volume->grid().toGrid(p))); };
+  const std::vector<std::uint64_t> within(volume->bits().begin(), volume->bits().end());
+  const std::size_t full = bytes(), cells = volume->grid().cellCount();
+  glm::mat4x3 to(1.0f);
+  for (const float x : {20.0f, 0.0f, 20.0f, 0.0f}) {
+    to[3].x = x;
+    ASSERT_TRUE(volume->move({&to, 1}));
+    const bool isIn = x == 0.0f;
+    EXPECT_EQ(volume->hasMoving(), isIn);
+    const std::vector<std::uint64_t>&bits = isIn ? within : volume->standing().bits,
+          &rays = volume->standing().subVoxels.bits;
+    EXPECT_TRUE(std::equal(volume->bits().begin(), volume->bits().end(), bits.begin(), bits.end()));
+    EXPECT_EQ(std::equal(volume->rayBits().begin(), volume->rayBits().end(), rays.begin(), rays.end()), !isIn);
+    EXPECT_EQ(volume->isOccupied(voxelAt({0.999f, 0, 0})), isIn);
+    EXPECT_EQ(volume->march({0, 0, 3}, {0, 0, -1}, 3.0f).found, isIn);
+    EXPECT_EQ(volume->sideCount() > volume->standingSides(), isIn);
+    EXPECT_EQ(volume->radianceAt(voxelAt({-3.999f, 0, 0}), {-1, 0, 0}), glm::vec3(0.0f));
+    // Four numbers of 64 bits a cell, and two of 32
+    EXPECT_EQ(bytes() == full, isIn);
+    EXPECT_EQ(bytes() + 40 * cells <= full, !isIn);
+  }
+}
+
 TEST(VoxelVolume, anEditedPartGoesAndComesBack) {
   VoxelLevel level;
   level.addBox({-4, -4, -4}, {4, 4, 4}, true);
