@@ -311,7 +311,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   rtcSetSceneProgressMonitorFunction(state->top.get(), nullptr, nullptr);
   for (const ScenePtr& below : state->shared) rtcSetSceneProgressMonitorFunction(below.get(), nullptr, nullptr);
   state->overlaps.resize(state->vertices.size());
-  state->findOverlaps(context);
+  if (structure != RayStructure::shadows) state->findOverlaps(context);
   if (context.cancelled()) return cancelledError();
   state->noteOverlapsInBundleTree();
   return RayTracer(std::move(state));

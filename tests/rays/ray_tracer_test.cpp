@@ -323,6 +323,33 @@ TEST(RayTracer, surfacesInOnePlaceAreToldApartByRule) {
   }
 }
 
+// Where overlaps are not looked for rays are stopped by the same, and some triangle there is hit.
+TEST(RayTracer, structureForShadowsHasTheSameOcclusion) {
+  Scene scene = clutter();
+  for (int i = 0; i < 3; ++i) addInstance(scene, quad({-3, 0.3f, 3}, {5, 0, 0}, {0, 0, -4}));
+  addInstance(scene, quad({-3, 0.3f, 3}, {0, 0, -4}, {5, 0, 0}));
+  finish(scene);
+  Context context;
+  const auto shadows = RayTracer::create(scene, "avx2", context, RayStructure::shadows);
+  ASSERT_TRUE(shadows) << shadows.error().message;
+  const RayTracer quick = tracerOf(scene);
+  std::vector<Ray> rays = randomRays(20000, glm::vec3(-3.9f), glm::vec3(3.9f));
+  for (std::size_t i = 0; i < rays.size(); i += 2) rays[i].tMax = 2.0f;
+  std::vector<std::uint8_t> ours(rays.size()), theirs(rays.size());
+  shadows->occluded(rays, ours);
+  quick.occluded(rays, theirs);
+  EXPECT_EQ(ours, theirs);
+  const auto stopped = std::count(ours.begin(), ours.end(), 1);
+  EXPECT_GT(stopped, 12000);
+  EXPECT_LT(stopped, 19000);
+  for (std::size_t i = 0; i < 2000; ++i) {
+    const Hit hit = shadows->trace(rays[i]), one = quick.trace(rays[i]);
+    ASSERT_EQ(shadows->occluded(rays[i]), theirs[i] != 0);
+    ASSERT_EQ(static_cast<bool>(hit), static_cast<bool>(one));
+    ASSERT_TRUE(!hit || std::abs(hit.distance - one.distance) < 1e-4f);
+  }
+}
+
 // The same of two fans of 2,000 triangles: overlaps are not looked for near the corner that all of a fan share.
 TEST(RayTracer, fansInOnePlaceAreToldApartByRule) {
   constexpr std::uint32_t kTriangles = 2000;

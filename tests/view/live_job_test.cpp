@@ -99,6 +99,16 @@ TEST_F(LiveJobs, voxelsComeWhereTheyAreWantedAndRadianceWithEachFrame) {
   EXPECT_TRUE(both(lifted(0.7f), true).hasCopies()) << "who no longer wanted them has kept none";
 }
 
+// Who has taken the first frame draws it: the second one is not begun before they come back.
+TEST_F(LiveJobs, restsWhileTheFirstFrameIsDrawn) {
+  LiveJob job(level_, kOptions);
+  job.follow(lit(1.0f), false);
+  EXPECT_EQ(next(job).number, 1u);
+  wait(300);
+  EXPECT_FALSE(job.take()) << "it has been found while the first was drawn";
+  EXPECT_GT(next(job).number, 1u);
+}
+
 TEST_F(LiveJobs, voxelsThatNobodyHasTakenAreNotLost) {
   LiveJob job(level_, kOptions);
   job.follow(lit(1.0f), true);

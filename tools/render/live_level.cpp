@@ -57,7 +57,7 @@ Result<LiveLevel> LiveLevel::create(const Scene& scene, const LiveLevelOptions& 
   level.backend_ = options.backend;
   level.piecesMs_ = voxelsMs - level.volumes_.passTimes().front().ms;
   if (!level.hasLight()) return level;
-  auto tracer = RayTracer::create(scene, "", *level.context_, RayStructure::quick, RayGeometry::drawn);
+  auto tracer = RayTracer::create(scene, "", *level.context_, RayStructure::shadows, RayGeometry::drawn);
   if (!tracer) return tracer.error();
   level.tracer_.emplace(std::move(*tracer));
   level.traceMs_ = watch.lap();
@@ -70,7 +70,7 @@ Status LiveLevel::trace(Scene& scene, bool lifts) {
   const auto tracerOf = [&](bool isMoved) {
     for (std::size_t i = 0; i < scene.instances.size(); ++i)
       scene.instances[i].mode = (isMoved_[i] != 0) == isMoved ? scene_->instances[i].mode : BakeMode::ignore;
-    return RayTracer::create(scene, "", *context_, RayStructure::quick, RayGeometry::drawn);
+    return RayTracer::create(scene, "", *context_, RayStructure::shadows, RayGeometry::drawn);
   };
   if (lifts) {
     auto others = tracerOf(false);

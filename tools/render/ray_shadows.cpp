@@ -90,7 +90,7 @@ Status RayShadows::lift(std::span<const glm::mat4> toWorld) {
     const bool isLifted = moves || std::find(lifted.begin(), lifted.end(), i) != lifted.end();
     (isLifted ? others : moving)->instances[i].mode = BakeMode::ignore;
   }
-  auto standing = RayTracer::create(*others, "", *context_, RayStructure::quick, RayGeometry::fixed);
+  auto standing = RayTracer::create(*others, "", *context_, RayStructure::shadows, RayGeometry::fixed);
   if (!standing) return standing.error();
   standing_ = std::make_unique<RayTracer>(std::move(*standing));
   others_ = std::move(others);
@@ -106,7 +106,7 @@ Status RayShadows::place(std::span<const glm::mat4> toWorld) {
   for (std::size_t i = 0; i < scene_->instances.size(); ++i) {
     if (scene_->instances[i].mode != BakeMode::ignore) relume::place(scene_->instances[i], toWorld[i]);
   }
-  auto moving = RayTracer::create(*scene_, "", *context_, RayStructure::quick, RayGeometry::drawn);
+  auto moving = RayTracer::create(*scene_, "", *context_, RayStructure::shadows, RayGeometry::drawn);
   if (!moving) {
     scene_->instances = before;
     return moving.error();

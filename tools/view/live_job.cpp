@@ -75,8 +75,15 @@ bool LiveJob::changeWish(bool wantsVoxels) {
   return !std::exchange(wantsVoxels_, wantsVoxels) && wantsVoxels;
 }
 
+// Who has taken the first frame has drawn it by now.
+void LiveJob::comeBack() {
+  if (!isFirstTaken_ || std::exchange(isFirstDrawn_, true)) return;
+  wake_.notify_all();
+}
+
 void LiveJob::follow(LiveScene scene, bool wantsVoxels) {
   const std::lock_guard lock(mutex_);
+  comeBack();
   const bool wantsMore = changeWish(wantsVoxels);
   if (next_ && !step_ && !wantsMore && isSame(*next_, scene) && next_->eyeWorld == scene.eyeWorld) return;
   next_ = std::move(scene);
@@ -91,16 +98,17 @@ void LiveJob::followOnce(LiveScene scene, double seconds, bool wantsVoxels) {
   if (result_ && *result_ && (*result_)->hasCopies()) dropVoxels();
   next_ = std::move(scene);
   step_ = seconds;
-  isWanted_ = true;
+  isWanted_ = isFirstDrawn_ = true;
   result_.reset();
   wake_.notify_all();
 }
 
 std::optional<Result<LitFrame>> LiveJob::take(double seconds) {
   std::unique_lock lock(mutex_);
+  comeBack();
   if (seconds > 0.0)
     found_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return result_.has_value(); });
-  wake_.notify_all();
+  isFirstTaken_ = isFirstTaken_ || result_;
   return std::exchange(result_, std::nullopt);
 }
 
@@ -133,8 +141,7 @@ void LiveJob::frames(LiveLevel& level, bool hasLight) {
   double last = clockSeconds();
   std::unique_lock lock(mutex_);
   for (std::uint64_t number = 1;; ++number) {
-    // The first is drawn before others take the processor's time.
-    wake_.wait(lock, [&] { return stop_ || (isWanted_ && (number != 2 || !result_)); });
+    wake_.wait(lock, [&] { return stop_ || (isWanted_ && (number != 2 || isFirstDrawn_)); });
     if (stop_) return;
     const LiveScene now = *next_;
     const std::optional<double> step = step_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Light without a bake on a thread of its own: follows what the window shows, and hands over what each frame of it has
-// found, while the window goes on. Sleeps once the light has settled.
+// found, while the window goes on. Sleeps once the light has settled, and while the window draws the first frame: where
+// a processor draws, both would take twice as long.
 #pragma once
 
 #include "tools/gl_scene/live_field.h"
@@ -74,6 +75,7 @@ class LiveJob {
   void frames(LiveLevel& level, bool hasLight);
   void dropVoxels();
   bool changeWish(bool wantsVoxels);
+  void comeBack();
   void handOver(Result<LitFrame> found, const Versions& versions);
 
   Context context_;
@@ -83,6 +85,7 @@ class LiveJob {
   std::optional<double> step_;  // [s] of followOnce()
   bool isWanted_ = false, stop_ = false;
   bool wantsVoxels_ = false;
+  bool isFirstTaken_ = false, isFirstDrawn_ = false;  // who has taken a frame draws it, and then comes back
   Versions handedOver_;           // of the copies that were taken, or wait in result_; empty = there are none
   std::optional<Error> refused_;  // why there will be no frames
   std::optional<Result<LitFrame>> result_;
