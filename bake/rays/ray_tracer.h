@@ -40,8 +40,8 @@ enum class RayOrder { mixed, coherent };
 // How much work goes into the acceleration structure. thorough: rays are 1.13 times as fast, and building takes four
 // times as long (0.29 s against 0.07 s on 262k triangles), which pays from about ten million rays on. bundles:
 // thorough, and in addition a structure for RayBundle (0.1 s, built on another thread) unless the level is too large
-// for it; quickBundles: quick, and that. shadows: quick, for those who ask for occluded() alone: where surfaces overlap,
-// which of them is hit is not looked into, which is half of the work.
+// for it; quickBundles: quick, and that. shadows: quick, for those who ask for occluded() alone: where surfaces
+// overlap, which of them is hit is not looked into, which is half of the work.
 enum class RayStructure { quick, thorough, bundles, quickBundles, shadows };
 inline bool isQuick(RayStructure s) { return s != RayStructure::thorough && s != RayStructure::bundles; }
 inline bool isForBundles(RayStructure s) { return s == RayStructure::bundles || s == RayStructure::quickBundles; }
