@@ -83,7 +83,7 @@ struct LiveFrame {
   float bounceScale = 1.0f;       // [0..1] share of last frame's caches that voxels reflect; 0 = one bounce
   float keep = 0.0f;              // [0..1) share of last frame's caches that stays: exp(-seconds / 0.15) hides noise
   LiveSky sky;
-  std::uint32_t raySet = 0;   // which of the sets of rays, evenly turned against each other: count the frames
+  std::uint32_t raySet = 0;   // which of the sets of rays, even in themselves and together: count the frames
   bool freezeVoxels = false;  // gather once more from the voxels as they are lit: more rays, no bounce more
 };
 

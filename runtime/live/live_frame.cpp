@@ -5,11 +5,11 @@
 #include "formats/limits.h"
 #include "formats/sphere_points.h"
 #include "runtime/live/live_sky.h"
-#include "runtime/live/turn_of_set.h"
 
 #include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
 
+#include <cmath>
+#include <numbers>
 #include <string>
 
 namespace relume {
@@ -47,9 +47,11 @@ Status checkLiveSky(const LiveSky& sky) {
 
 LiveRays liveRays(std::uint32_t count, const LiveFrame& frame) {
   LiveRays rays{std::vector<glm::vec3>(count), std::vector<glm::vec3>(count)};
-  const glm::mat3 turn = turnOfSet(frame.raySet);
+  // Some sets after each other are nearly as even as one of as many rays: each lies otherwise in its rings and is
+  // turned about their axis, by an additive recurrence with the square roots of two primes (Richtmyer 1951).
+  const double height = 0.5 + std::numbers::sqrt2 * frame.raySet, turns = std::numbers::sqrt3 * frame.raySet;
   for (std::uint32_t i = 0; i < count; ++i) {
-    rays.direction[i] = glm::normalize(turn * spherePoint(i, count));
+    rays.direction[i] = glm::normalize(spherePoint(i, count, height - std::floor(height), turns));
     rays.sky[i] = skyAlong(frame.sky, rays.direction[i]);
   }
   return rays;
