@@ -3,13 +3,9 @@
 #include "runtime/live/live_frame.h"
 
 #include "formats/limits.h"
-#include "formats/sphere_points.h"
 #include "runtime/live/live_sky.h"
+#include "runtime/live/ray_sets.h"
 
-#include <glm/geometric.hpp>
-
-#include <cmath>
-#include <numbers>
 #include <string>
 
 namespace relume {
@@ -46,14 +42,9 @@ Status checkLiveSky(const LiveSky& sky) {
 }
 
 LiveRays liveRays(std::uint32_t count, const LiveFrame& frame) {
-  LiveRays rays{std::vector<glm::vec3>(count), std::vector<glm::vec3>(count)};
-  // Some sets after each other are nearly as even as one of as many rays: each lies otherwise in its rings and is
-  // turned about their axis, by an additive recurrence with the square roots of two primes (Richtmyer 1951).
-  const double height = 0.5 + std::numbers::sqrt2 * frame.raySet, turns = std::numbers::sqrt3 * frame.raySet;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    rays.direction[i] = glm::normalize(spherePoint(i, count, height - std::floor(height), turns));
-    rays.sky[i] = skyAlong(frame.sky, rays.direction[i]);
-  }
+  LiveRays rays{raysOfSet(count, frame.raySet), {}};
+  rays.sky.reserve(count);
+  for (const glm::vec3& direction : rays.direction) rays.sky.push_back(skyAlong(frame.sky, direction));
   return rays;
 }
 

@@ -2,7 +2,7 @@
 // See rsm_bounces.h.
 #include "runtime/live/rsm_bounces.h"
 
-#include "formats/sphere_points.h"
+#include "runtime/live/ray_sets.h"
 #include "runtime/shared/chunks.h"
 
 #include <glm/common.hpp>
@@ -102,11 +102,10 @@ void gatherNextBounce(const CellField& first, const CellField& in, const Seconda
     glm::vec3 direction;
     FieldLobe basis, lobe;  // of the direction, and of a surface that faces the other way
   };
-  std::vector<Ray> turned(rays.count);
-  for (std::uint32_t k = 0; k < rays.count; ++k) {
-    turned[k].direction = glm::normalize(rays.turn * spherePoint(k, rays.count));
-    evaluateSh(kMaxFieldBands, turned[k].direction, turned[k].basis);
-    turned[k].lobe = clampedLobe(-turned[k].direction);
+  std::vector<Ray> ways;
+  for (const glm::vec3& direction : raysOfSet(rays.count, rays.set)) {
+    Ray& ray = ways.emplace_back(Ray{direction, {}, clampedLobe(-direction)});
+    evaluateSh(kMaxFieldBands, direction, ray.basis);
   }
   const VolumeGrid& grid = occlusion.grid;
   const float weight = 4.0f * rays.averageAlbedo / static_cast<float>(rays.count);
@@ -119,7 +118,7 @@ void gatherNextBounce(const CellField& first, const CellField& in, const Seconda
                   std::copy_n(first.at(cells[c]), first.count(), sum.begin());
                   const glm::vec3 from = receiverIn(occlusion, cells[c], glm::vec3(0.5f));
                   for (std::uint32_t k = 0; k < rays.count; ++k) {
-                    const Ray& ray = turned[k];
+                    const Ray& ray = ways[k];
                     glm::vec3 x;
                     if (!occlusion.first(from, ray.direction, rays.far, jitterOf(cells[c], k), x)) continue;
                     // With exact visibility half a cell before the surface, as receivers read: on this side of a wall.

@@ -8,7 +8,7 @@
 #include "runtime/live/cell_visibility.h"
 #include "runtime/live/rsm_image.h"
 
-#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
 
 #include <cstdint>
 #include <span>
@@ -34,7 +34,7 @@ struct SecondaryRays {
   std::uint32_t count = 32;    // [1..4096]
   float far = 0.0f;            // [voxels] how long they are
   float averageAlbedo = 0.5f;  // [0..1] of the whole level
-  glm::mat3 turn{1.0f};        // of this frame's set
+  std::uint32_t set = 0;       // raysOfSet()
 };
 
 // One bounce more: out = first + T in, with T light over rays between cells and the level's albedo. `out` differs from

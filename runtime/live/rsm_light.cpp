@@ -7,7 +7,6 @@
 #include "formats/limits.h"
 #include "runtime/live/cell_set.h"
 #include "runtime/live/rsm_bounces.h"
-#include "runtime/live/turn_of_set.h"
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/stopwatch.h"
 
@@ -177,7 +176,7 @@ Status RsmLight::update(const VoxelVolume& volume, const RsmFrame& frame) {
     const glm::ivec3 size = grid.voxels();
     const float share = options_.visibility == CellVisibility::exact ? kAcross : kFar;
     SecondaryRays rays{options_.secondaryRays, share * static_cast<float>(std::max({size.x, size.y, size.z})), 0.0f,
-                       turnOfSet(frame.sampleSet)};
+                       frame.sampleSet};
     if (options_.bounces > 1) rays.averageAlbedo = frame.averageAlbedo ? *frame.averageAlbedo : averageAlbedoOf(volume);
     for (int bounce = 1; bounce < options_.bounces; ++bounce) {
       gatherNextBounce(first_, now_, rays, occlusion, cells, volume.parallelFor(), next_);

@@ -18,9 +18,7 @@ class SparseLight {
   std::size_t size() const { return size_; }  // [sides]
   // [side < size(), W/m²]
   glm::vec3 operator[](std::size_t side) const {
-    const std::uint64_t bit = std::uint64_t{1} << side % kBlock, lit = lit_[side / kBlock];
-    if ((lit & bit) == 0) return glm::vec3(0.0f);
-    return light_[first_[side / kBlock] + static_cast<std::size_t>(std::popcount(lit & (bit - 1)))].value();
+    return (lit_[side / kBlock] >> side % kBlock & 1u) != 0 ? light_[litBefore(side)].value() : glm::vec3(0.0f);
   }
   // The next sides.
   void append(std::span<const PackedLight> sides) {
@@ -43,16 +41,11 @@ class SparseLight {
   // Those before a side. [at most size()]
   SparseLight before(std::size_t side) const {
     SparseLight some;
-    const std::size_t whole = side / kBlock;
     const auto blocks = static_cast<std::ptrdiff_t>((side + kBlock - 1) / kBlock);
     some.lit_.assign(lit_.begin(), lit_.begin() + blocks);
     some.first_.assign(first_.begin(), first_.begin() + blocks);
     if (side % kBlock != 0) some.lit_.back() &= (std::uint64_t{1} << side % kBlock) - 1;
-    const std::size_t lit =
-        whole < first_.size()
-            ? first_[whole] + (side % kBlock != 0 ? static_cast<std::size_t>(std::popcount(some.lit_.back())) : 0)
-            : light_.size();
-    some.light_.assign(light_.begin(), light_.begin() + static_cast<std::ptrdiff_t>(lit));
+    some.light_.assign(light_.begin(), light_.begin() + static_cast<std::ptrdiff_t>(litBefore(side)));
     some.size_ = side;
     return some;
   }
@@ -64,11 +57,17 @@ class SparseLight {
   std::size_t bytes() const {
     return sizeof(lit_[0]) * lit_.size() + sizeof(first_[0]) * first_.size() + sizeof(light_[0]) * light_.size();
   }
-  bool operator==(const SparseLight&) const = default;
 
  private:
   static constexpr std::size_t kBlock = 64;  // sides
 
+  // How many sides before this one are lit. [at most size()]
+  std::size_t litBefore(std::size_t side) const {
+    const std::size_t block = side / kBlock;
+    if (block == lit_.size()) return light_.size();
+    const std::uint64_t below = (std::uint64_t{1} << side % kBlock) - 1;
+    return first_[block] + static_cast<std::size_t>(std::popcount(lit_[block] & below));
+  }
   void startBlock() {
     if (size_ % kBlock != 0) return;
     lit_.push_back(0);

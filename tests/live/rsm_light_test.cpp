@@ -64,7 +64,7 @@ TEST(RsmNextBounce, aUniformFieldIsReflectedByTheAlbedo) {
   for (const CellVisibility mode : {CellVisibility::exact, CellVisibility::sampled}) {
     // Every ray ends at a wall: exactly, and by samples where they are many.
     const CellOcclusion occlusion{grid, volume.bits(), mode, 64};
-    SecondaryRays rays{64, 64.0f, 0.3f, glm::mat3(1.0f)};
+    SecondaryRays rays{64, 64.0f, 0.3f, 0};
     CellField first = uniformField({3, 3}, grid), in = first, out = first;
     std::fill(first.numbers.begin(), first.numbers.end(), 0.0f);
     gatherNextBounce(first, in, rays, occlusion, cells, {}, out);
@@ -89,7 +89,7 @@ TEST(RsmNextBounce, twoBouncesOfAFurnaceAreNotCountedTwice) {
   const VolumeGrid& grid = volume.grid();
   const std::vector<std::uint32_t> cells = allCells(grid);
   const CellOcclusion occlusion{grid, volume.bits(), CellVisibility::exact, 1};
-  const SecondaryRays rays{64, 64.0f, 0.5f, glm::mat3(1.0f)};
+  const SecondaryRays rays{64, 64.0f, 0.5f, 0};
   const CellField first = uniformField({3, 1}, grid);
   // Erratum: the print adds T L to L itself, 1 -> 1.5 -> 2.25.
   CellField now = first, next = first, printed = first, printedNext = first;
