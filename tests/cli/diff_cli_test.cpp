@@ -150,6 +150,25 @@ TEST_F(DiffCommand, layersAreNamedAndSummed) {
   EXPECT_EQ(d.at("imageChannels"), "R,G,B");
 }
 
+// Of one kind of light against all light, which a forgotten --layer compares, the text names the layers; otherwise not.
+TEST_F(DiffCommand, layersThatWereNotAskedForAreNamed) {
+  ChannelImage image{kWidth, kHeight, {}};
+  image.setLayer("", Pixels(kWidth * kHeight, glm::vec3(0.5f)));
+  image.setLayer("DiffDir", Pixels(kWidth * kHeight, glm::vec3(0.2f)));
+  image.setLayer("DiffInd", Pixels(kWidth * kHeight, glm::vec3(0.3f)));
+  image.channels["Depth.R"].resize(kWidth * kHeight);
+  ASSERT_TRUE(writeExr(at("all.exr"), image));
+  const auto says = [&](const std::vector<std::string>& arguments) {
+    const ProgramResult r = run(arguments);
+    EXPECT_EQ(r.status, 0) << r.err;
+    return r.out.find("for --layer: DiffDir, DiffInd\n") != std::string::npos;
+  };
+  EXPECT_TRUE(says({"diff", half_, at("all.exr")}));
+  EXPECT_FALSE(says({"diff", half_, at("all.exr"), "--layer", "DiffInd"}));
+  EXPECT_FALSE(says({"diff", at("all.exr"), at("all.exr")}));
+  EXPECT_FALSE(says({"diff", half_, half_}));
+}
+
 TEST_F(DiffCommand, refusesWhatCannotBeComparedByName) {
   expectRefused({half_, exr("wide.exr", Pixels(2 * kWidth * kHeight, glm::vec3(0.5f)), "", 2 * kWidth)}, 3,
                 {"sizes differ", "half.exr", "24 x 16", "wide.exr", "48 x 16"});

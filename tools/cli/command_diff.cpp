@@ -87,6 +87,10 @@ void printText(const PictureDifference& d, const DiffArguments& a, const Picture
                const PictureFile& reference, float stops, double scale, bool exceeded) {
   std::printf("%u x %u pixels, %s against %s of the reference\n", image.picture.width, image.picture.height,
               printable(image.channels).c_str(), printable(reference.channels).c_str());
+  // A render of one kind of light against all light is what a forgotten --layer looks like.
+  if (a.layer.empty() && image.layers.empty() && !reference.layers.empty()) {
+    std::printf("               which has more than that, for --layer: %s\n", printable(reference.layers).c_str());
+  }
   std::printf("RMSE           %.6g\n", d.rmse);
   std::printf("relative RMSE  %.4g %%\n", 100.0 * d.relativeRmse);
   std::printf("energy         %.5g of the reference's\n", d.energy);

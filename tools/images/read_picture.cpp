@@ -22,15 +22,16 @@ Error invalid(const std::string& path, const std::string& what) {
   return {ErrorCode::invalidFile, "\"" + path + "\": " + what};
 }
 
-// "DiffInd, DiffDir, ..." of the layers that have R, G and B.
+// "DiffInd, DiffDir, ..." of the layers that have R, G and B; empty: none.
 std::string layersOf(const ChannelImage& image) {
   std::string text;
   for (const auto& [name, values] : image.channels) {
     if (!name.ends_with(".R")) continue;
     const std::string layer = name.substr(0, name.size() - 2);
-    if (!image.layer(layer).empty()) text += (text.empty() ? "" : ", ") + layer;
+    if (image.channels.contains(layer + ".G") && image.channels.contains(layer + ".B"))
+      text += (text.empty() ? "" : ", ") + layer;
   }
-  return text.empty() ? "none" : text;
+  return text;
 }
 
 std::vector<std::string> split(const std::string& layers) {
@@ -46,7 +47,8 @@ std::vector<std::string> split(const std::string& layers) {
 Result<PictureFile> readExrPicture(const std::string& path, const std::string& layers, const MemoryCheck& fits) {
   const Result<ChannelImage> image = readExr(path, fits);
   if (!image) return image.error();
-  PictureFile file{{image->width, image->height, {}}, false, "R,G,B"};
+  PictureFile file{{image->width, image->height, {}}, false, "R,G,B", layersOf(*image)};
+  const std::string thereAre = file.layers.empty() ? "none" : file.layers;
   std::size_t found = 0;
   const std::vector<std::string> names = layers.empty() ? std::vector<std::string>() : split(layers);
   for (const std::string& name : names) {
@@ -57,7 +59,7 @@ Result<PictureFile> readExrPicture(const std::string& path, const std::string& l
     ++found;
   }
   if (found > 0 && found < names.size())
-    return invalid(path, "has some of the layers \"" + layers + "\" but not all; there are: " + layersOf(*image));
+    return invalid(path, "has some of the layers \"" + layers + "\" but not all; there are: " + thereAre);
   if (found > 0) {
     file.channels = layers;
     return file;
@@ -65,7 +67,7 @@ Result<PictureFile> readExrPicture(const std::string& path, const std::string& l
   file.picture.pixels = image->layer("");
   if (!file.picture.pixels.empty()) return file;
   return invalid(path, "has no channels R, G, B" + (layers.empty() ? "" : ", nor the layers \"" + layers + "\"") +
-                           "; name one of its layers with --layer: " + layersOf(*image));
+                           "; name one of its layers with --layer: " + thereAre);
 }
 
 Result<PictureFile> readPngPicture(const std::string& path, const MemoryCheck& fits) {
@@ -82,7 +84,7 @@ Result<PictureFile> readPngPicture(const std::string& path, const MemoryCheck& f
   const Result<Image> image = decodeImage({first, bytes->bytes.size()}, "\"" + path + "\"");
   if (!image) return image.error();
   const Image::Level& level = image->levels.at(0);
-  PictureFile file{{level.width, level.height, {}}, true, "sRGB"};
+  PictureFile file{{level.width, level.height, {}}, true, "sRGB", ""};
   file.picture.pixels.resize(std::size_t{level.width} * level.height);
   for (std::size_t i = 0; i < file.picture.pixels.size(); ++i) {
     for (int c = 0; c < 3; ++c)

@@ -14,6 +14,7 @@ struct PictureFile {
   Picture picture;
   bool png = false;      // 8-bit sRGB, for eyes: values end at 1
   std::string channels;  // "R,G,B", or "DiffDir+DiffInd", ...
+  std::string layers;    // "DiffDir, DiffInd": all that the file has beside R, G, B; empty: none
 };
 
 // Read a file of either kind, told by its first bytes. `layers` names layers of an OpenEXR joined by '+', which are
