@@ -193,8 +193,7 @@ TEST_F(NarrowWindowPanel, conesMirrorBesideABake) {
 TEST_F(WindowPanel, linksOfAnotherKindAreBaked) {
   if (!showBake("2048", "links")) GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
   clickControl(rowAt(kRelight));
-  // Its last bounces change less from picture to picture than two bakes may differ.
-  const auto packed = restingPixels(1e-7);
+  const auto packed = restingPixels();
   // 12 bytes a link in place of 6 round less: about the same light, and not the same.
   choose(kLinks, 1);
   auto cones = screenshot();
