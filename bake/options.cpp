@@ -280,6 +280,7 @@ BakeOptions presetOptions(Preset preset) {
       options.links.skyPatches = 256;
       break;
     case Preset::paper:  // PIC Table 2, setting 1
+      options.clustering.method = ClusteringOptions::Method::exact;
       options.caches.lightmapCaches = 8281;
       options.links.linksPerCache = options.links.maxLinksPerCache = 254;
       options.links.raysPerCache = 4096;

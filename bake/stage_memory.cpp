@@ -94,12 +94,8 @@ Status reserveSurfels(const Scene& scene, const PlaySpace& space, const SurfelOp
                        isEliminated ? "lower --surfels or surfels.candidateFactor" : "lower --surfels");
 }
 
-double hierarchyBytes(const Surfels& surfels, const BakeOptions& options) {
-  return kClusterBytes * sendersOf(surfels, options);
-}
-
 Status reserveHierarchy(const Surfels& surfels, const BakeOptions& options, Context& context) {
-  return reserveMemory(context, "hierarchy", hierarchyBytes(surfels, options),
+  return reserveMemory(context, "hierarchy", kClusterBytes * sendersOf(surfels, options),
                        number(sendersOf(surfels, options)) + " senders", "lower --surfels");
 }
 

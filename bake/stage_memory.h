@@ -20,7 +20,6 @@ Status reserveRays(const Scene& scene, RayStructure structure, Context& context,
                    RayGeometry geometry = RayGeometry::fixed);
 Status reservePlaySpace(const Scene& scene, const PlaySpaceOptions& options, Context& context);
 Status reserveSurfels(const Scene& scene, const PlaySpace& space, const SurfelOptions& options, Context& context);
-double hierarchyBytes(const Surfels& surfels, const BakeOptions& options);
 Status reserveHierarchy(const Surfels& surfels, const BakeOptions& options, Context& context);
 // share [0..1]: of the caches, that are traced here.
 Status reserveLinks(const Hierarchy& hierarchy, const Caches& caches, const LinkOptions& options, Context& context,

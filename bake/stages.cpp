@@ -5,7 +5,6 @@
 #include "bake/base/memory_budget.h"
 #include "bake/caches/caches.h"
 #include "bake/certificate/certify.h"
-#include "bake/clustering_beside.h"
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/scene/check_limits.h"
 #include "bake/scene/check_triangles.h"
@@ -88,17 +87,15 @@ Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, c
                  [&] { return placeSurfels(*tracer, *space, options.surfels, options.seed, context, mapLookups); });
   });
   if (!placed) return placed.error();
-  ClusteringBeside clustering(*tracer, placed->surfels, options, context);
-
-  // 2. Receivers: where light is gathered (PIC 4.4), and what remains of the senders' tree
-  auto caches = stages.placeCaches(*tracer, *space, context);
-  // Memory that the tree takes may have been what they lacked.
-  const bool mayBeMemory =
-      !caches && clustering.isBeside() && !context.cancelled() && caches.error().code == ErrorCode::failed;
-  if (!caches && !mayBeMemory) return caches.error();
-  auto hierarchy = runStage(context, "hierarchy", [&] { return clustering.take(); });
+  auto hierarchy = runStage(context, "hierarchy", [&] {
+    return needs(reserveHierarchy(placed->surfels, options, context), [&] {
+      return clusterSurfels(*tracer, placed->surfels, options.links.skyPatches, options.clustering, context);
+    });
+  });
   if (!hierarchy) return hierarchy.error();
-  if (mayBeMemory) caches = stages.placeCaches(*tracer, *space, context);
+
+  // 2. Receivers: where light is gathered (PIC 4.4)
+  auto caches = stages.placeCaches(*tracer, *space, context);
   if (!caches) return caches.error();
 
   // 3. What rays find, for the certificate: one for every so many that links are traced with

@@ -9,54 +9,12 @@
 #include "bake/base/parallel.h"
 #include "bake/hierarchy/cluster_search.h"
 #include "bake/hierarchy/hierarchy.h"
-#include "formats/decimal.h"
-
-#include <glm/common.hpp>
-#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <string>
 
 namespace relume {
 namespace {
-
-constexpr float kMaxWeight = 1e6f;
-
-Status checkInput(const Surfels& surfels, std::span<const std::uint32_t> members, const ClusteringOptions& options) {
-  const auto inRange = [](float w) { return w >= 0.0f && w <= kMaxWeight; };
-  if (!inRange(options.normalWeight) || !inRange(options.balanceWeight) || !inRange(options.outlookWeight)) {
-    return Error{ErrorCode::usage, "clustering weights must be in [0, 1e6], found normalWeight " +
-                                       decimal(options.normalWeight) + ", balanceWeight " +
-                                       decimal(options.balanceWeight) + ", outlookWeight " +
-                                       decimal(options.outlookWeight)};
-  }
-  if (members.empty()) return Error{ErrorCode::failed, "clustering needs at least one surfel"};
-  for (const std::uint32_t member : members) {
-    if (member >= surfels.count()) {
-      return Error{ErrorCode::failed, "clustering: surfel " + std::to_string(member) + " of " +
-                                          std::to_string(surfels.count()) + " does not exist"};
-    }
-  }
-  return done();
-}
-
-ClusterMetric metricOf(const Surfels& surfels, const ClusteringOptions& options) {
-  glm::vec3 low = surfels.positionWorld[0], high = low;
-  for (const glm::vec3& p : surfels.positionWorld) {
-    low = glm::min(low, p);
-    high = glm::max(high, p);
-  }
-  ClusterMetric metric;
-  const float extent = glm::length(high - low);
-  metric.origin = 0.5f * (low + high);
-  metric.inverseExtent = extent > 0.0f ? 1.0f / extent : 0.0f;
-  metric.normalScale = std::sqrt(0.5f * options.normalWeight);
-  metric.centroidScale = std::sqrt(options.outlookWeight);
-  metric.balanceWeight = options.balanceWeight;
-  return metric;
-}
 
 // A pair of clusters, sorted by their distance. `owner` is the cluster that looked up the other.
 struct Candidate {
@@ -137,7 +95,7 @@ Candidate candidateOf(const ClusterSearch& search, std::uint32_t owner) {
 Result<ClusterTree> agglomerate(const Surfels& surfels, std::span<const std::uint32_t> members,
                                 const ClusteringOptions& options, Context& context,
                                 std::span<const glm::vec3> centroids) {
-  if (const Status ok = checkInput(surfels, members, options); !ok) return ok.error();
+  if (const Status ok = checkClusterInput(surfels, members, options); !ok) return ok.error();
   const auto leafCount = static_cast<std::uint32_t>(members.size());
   ClusterTree tree;
   tree.leafCount = leafCount;
@@ -150,13 +108,10 @@ Result<ClusterTree> agglomerate(const Surfels& surfels, std::span<const std::uin
   std::vector<ClusterSum> sums(2 * std::size_t{leafCount} - 1);
   std::vector<ClusterSearch::Entry> entries(leafCount);
   for (std::uint32_t i = 0; i < leafCount; ++i) {
-    const glm::vec3 normal = surfels.normal[members[i]];
-    const auto toExtent = [&](const glm::vec3& position) { return (position - metric.origin) * metric.inverseExtent; };
-    sums[i] = {toExtent(surfels.positionWorld[members[i]]), normal, normal, 1,
-               centroids.empty() ? glm::vec3(0.0f) : toExtent(centroids[members[i]])};
+    sums[i] = leafOf(surfels, members[i], centroids, metric);
     entries[i] = {clusterPoint(sums[i], metric), i};
   }
-  ClusterSearch search(entries, 2 * leafCount - 1, metric.balanceWeight, context);
+  ClusterSearch search(entries, 2 * leafCount - 1, metric.balanceWeight);
   if (context.cancelled()) return cancelledError();
 
   // Look up the nearest neighbour of each.

@@ -3,7 +3,6 @@
 // never exceeds the distance that it bounds, and the search is exact to the last bit on every instruction set.
 #include "bake/hierarchy/cluster_search.h"
 
-#include "bake/base/parallel.h"
 #include "bake/base/wide_clones.h"
 
 #include <algorithm>
@@ -252,20 +251,10 @@ std::uint32_t buildNode(Tree& tree, std::span<Entry> entries, std::uint32_t pare
   return index;
 }
 
-// Where the clusters of leaves [begin, end) are.
-void noteSlots(std::span<const Leaf> leaves, std::size_t begin, std::size_t end, std::vector<std::uint32_t>& slot) {
-  for (std::size_t i = begin; i < end; ++i) {
-    for (std::uint32_t lane = 0; lane < kLeafSize; ++lane) {
-      if (leaves[i].id[lane] != kNoCluster) slot[leaves[i].id[lane]] = static_cast<std::uint32_t>(i) * kLeafSize + lane;
-    }
-  }
-}
-
 }  // namespace
 
-ClusterSearch::ClusterSearch(std::span<const Entry> clusters, std::uint32_t idCount, float balanceWeight,
-                             Context& context)
-    : context_(context), slot_(idCount, kDead), balanceWeight_(balanceWeight) {
+ClusterSearch::ClusterSearch(std::span<const Entry> clusters, std::uint32_t idCount, float balanceWeight)
+    : slot_(idCount, kDead), balanceWeight_(balanceWeight) {
   std::vector<Entry> entries(clusters.begin(), clusters.end());
   build(entries);
 }
@@ -319,75 +308,15 @@ void ClusterSearch::grow(const Leaf& leaf, const Entry& entry) {
 
 void ClusterSearch::build(std::vector<Entry>& entries) {
   built_ = living_ = entries.size();
-  const bool isForThreads = context_.threads != 1 && entries.size() >= kMany && entries.size() < kTooMany;
-  if (isForThreads && buildByThreads(entries)) return;
   tree_.nodes.clear();
   tree_.leaves.clear();
   buildNode(tree_, entries, kNoChild, 0, balanceWeight_);
-  noteSlots(tree_.leaves, 0, tree_.leaves.size(), slot_);
-}
-
-// The children of the root are halved and built by threads of their own, and joined in their order: which tree it is
-// changes nothing of what a search finds. False where the clusters cannot be halved so. True when cancelled.
-bool ClusterSearch::buildByThreads(std::span<Entry> entries) {
-  std::array<std::span<Entry>, kWidth> parts;
-  parts[0] = entries;
-  for (std::size_t count = 1; count < kWidth; count *= 2) {
-    parallelChunks(context_, "", count, 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const std::size_t middle = splitEntries(parts[i], balanceWeight_);
-        parts[i + count] = parts[i].subspan(middle);
-        parts[i] = parts[i].first(middle);
-      }
-    });
-    if (context_.cancelled()) return true;
-  }
-  // Where very many are equal, halves are not.
-  const auto isSmall = [](std::span<Entry> part) { return part.size() <= static_cast<std::size_t>(kLeafSize); };
-  if (std::any_of(parts.begin(), parts.end(), isSmall)) return false;
-  Node root;
-  root.parent = kNoChild;
-  root.parentChild = 0;
-  std::array<Tree, kWidth> below;
-  parallelChunks(context_, "", kWidth, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      buildNode(below[i], parts[i], 0, static_cast<std::uint32_t>(i), balanceWeight_);
-      setChildBounds(root, static_cast<int>(i), parts[i]);
+  for (std::size_t i = 0; i < tree_.leaves.size(); ++i) {
+    for (std::uint32_t lane = 0; lane < kLeafSize; ++lane) {
+      const std::uint32_t id = tree_.leaves[i].id[lane];
+      if (id != kNoCluster) slot_[id] = static_cast<std::uint32_t>(i) * kLeafSize + lane;
     }
-  });
-  if (context_.cancelled()) return true;
-
-  std::array<std::size_t, kWidth + 1> firstNode, firstLeaf;
-  firstNode[0] = 1;
-  firstLeaf[0] = 0;
-  for (std::size_t i = 0; i < kWidth; ++i) {
-    firstNode[i + 1] = firstNode[i] + below[i].nodes.size();
-    firstLeaf[i + 1] = firstLeaf[i] + below[i].leaves.size();
-    root.child[i] = static_cast<std::uint32_t>(firstNode[i]);
   }
-  tree_.nodes.resize(firstNode.back());
-  tree_.leaves.resize(firstLeaf.back());
-  tree_.nodes[0] = root;
-  parallelChunks(context_, "", kWidth, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t part = begin; part < end; ++part) {
-      const auto nodeBase = static_cast<std::uint32_t>(firstNode[part]),
-                 leafBase = static_cast<std::uint32_t>(firstLeaf[part]);
-      for (std::size_t n = 0; n < below[part].nodes.size(); ++n) {
-        Node& node = tree_.nodes[nodeBase + n] = below[part].nodes[n];
-        if (n > 0) node.parent += nodeBase;  // that of the part's first is the root
-        for (std::uint32_t& child : node.child) {
-          if (child != kNoChild) child += (child & kLeafChild) != 0 ? leafBase : nodeBase;
-        }
-      }
-      for (std::size_t l = 0; l < below[part].leaves.size(); ++l) {
-        tree_.leaves[leafBase + l] = below[part].leaves[l];
-        tree_.leaves[leafBase + l].parent += nodeBase;
-      }
-      below[part] = {};
-      noteSlots(tree_.leaves, firstLeaf[part], firstLeaf[part + 1], slot_);
-    }
-  });
-  return true;
 }
 
 }  // namespace relume

@@ -4,12 +4,10 @@
 // slot of one of its children; bounds only grow, so they stay bounds; the whole is built anew once a third is dead.
 #pragma once
 
-#include "bake/hierarchy/metric.h"
-#include "relume/bake/context.h"
-
 #include <cstdint>
 #include <span>
 #include <vector>
+#include "bake/hierarchy/metric.h"
 
 namespace relume {
 
@@ -26,14 +24,14 @@ class ClusterSearch {
     std::uint32_t id = kNoCluster;  // kNoCluster when there is no other cluster
   };
 
-  // idCount: ids are below it, those of clusters to come included. context: of the threads that build; outlives it.
-  ClusterSearch(std::span<const Entry> clusters, std::uint32_t idCount, float balanceWeight, Context& context);
+  // idCount: ids are below it, those of clusters to come included.
+  ClusterSearch(std::span<const Entry> clusters, std::uint32_t idCount, float balanceWeight);
 
   // The nearest other cluster of a living one; among equals the next id, in the circle of all ids, after its own: then
   // heaps of coincident clusters pair off instead of all choosing the same. Thread-safe against itself.
   Nearest nearest(std::uint32_t id) const;
 
-  // Cluster `merged` replaces `a` and `b`. After a cancel, nothing may be searched any more.
+  // Cluster `merged` replaces `a` and `b`.
   void merge(std::uint32_t a, std::uint32_t b, const Entry& merged);
 
   bool alive(std::uint32_t id) const { return slot_[id] != kDead; }
@@ -48,8 +46,6 @@ class ClusterSearch {
   static constexpr int kWidth = 8;      // children of a node
   static constexpr int kLeafSize = 16;  // clusters of a leaf
   static constexpr std::uint32_t kDead = 0xFFFFFFFFu;
-  // Clusters that all threads build over; of more, what is joined would take too much memory twice.
-  static constexpr std::size_t kMany = std::size_t{1} << 14, kTooMany = std::size_t{1} << 21;
   static constexpr std::uint32_t kLeafChild = 0x80000000u;  // bit of Node::child: a leaf, not a node
   static constexpr std::uint32_t kNoChild = 0xFFFFFFFFu;
 
@@ -74,10 +70,8 @@ class ClusterSearch {
 
  private:
   void build(std::vector<Entry>& entries);
-  bool buildByThreads(std::span<Entry> entries);
   void grow(const Leaf& leaf, const Entry& entry);
 
-  Context& context_;
   Tree tree_;
   std::vector<std::uint32_t> slot_;  // of each id: leaf * kLeafSize + lane, or kDead
   std::size_t built_ = 0;            // clusters at the last build

@@ -44,8 +44,9 @@ Result<ClusterTree> clusterSky(const std::vector<glm::vec3>& directions, const C
 Result<ClusterTree> clusterMembers(const Surfels& surfels, std::span<const std::uint32_t> members,
                                    const ClusteringOptions& options, Context& context,
                                    std::span<const glm::vec3> centroids) {
-  return options.method == ClusteringOptions::Method::kd ? splitMedian(surfels, members, context)
-                                                         : agglomerate(surfels, members, options, context, centroids);
+  return options.method == ClusteringOptions::Method::exact
+             ? agglomerate(surfels, members, options, context, centroids)
+             : agglomerateByCells(surfels, members, options, context, centroids);
 }
 
 }  // namespace
@@ -94,7 +95,7 @@ Result<Hierarchy> clusterSurfels(const Surfels& surfels, std::uint32_t skyPatche
 Result<Hierarchy> clusterSurfels(const RayTracer& tracer, const Surfels& surfels, std::uint32_t skyPatches,
                                  const ClusteringOptions& options, Context& context) {
   std::vector<glm::vec3> centroids;
-  if (options.method == ClusteringOptions::Method::exact && options.outlookWeight > 0.0f && surfels.count() > 0) {
+  if (options.outlookWeight > 0.0f && surfels.count() > 0) {
     centroids = visibleCentroids(tracer, surfels, context);
     if (context.cancelled()) return cancelledError();
   }

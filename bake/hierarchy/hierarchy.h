@@ -36,8 +36,10 @@ struct NodeGeometry {
 Result<ClusterTree> agglomerate(const Surfels& surfels, std::span<const std::uint32_t> members,
                                 const ClusteringOptions& options, Context& context,
                                 std::span<const glm::vec3> centroids = {});
-// Median splits along the longest axis: fast, worse. Fails as agglomerate() does.
-Result<ClusterTree> splitMedian(const Surfels& surfels, std::span<const std::uint32_t> members, Context& context);
+// Nearly the same tree, by all threads (agglomerate_by_cells.cpp). Takes and fails as agglomerate() does.
+Result<ClusterTree> agglomerateByCells(const Surfels& surfels, std::span<const std::uint32_t> members,
+                                       const ClusteringOptions& options, Context& context,
+                                       std::span<const glm::vec3> centroids = {});
 
 // The whole stage: groups (reflectors; emitters, those with emission > 0; sky patches), a tree for each, flattened
 // breadth first. firstWeight is the paper's equal areas (the share of the leaves); traceLinks() may replace it.

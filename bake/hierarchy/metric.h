@@ -12,12 +12,17 @@
 // visible centroids on two sides too.
 #pragma once
 
+#include "relume/bake/options.h"
+#include "relume/result.h"
+#include "relume/surfels.h"
+
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 
 namespace relume {
 
@@ -76,5 +81,14 @@ inline float clusterDistance(const ClusterPoint& a, const ClusterPoint& b, float
   for (int k = 0; k < kClusterDimensions; ++k) d += (a.p[k] - b.p[k]) * (a.p[k] - b.p[k]);
   return d + balanceWeight * (1.0f - std::min(1.0f, std::min(a.area * b.inverseArea, b.area * a.inverseArea)));
 }
+
+// usage: weights out of range; failed: no members, or one that is no surfel.
+Status checkClusterInput(const Surfels& surfels, std::span<const std::uint32_t> members,
+                         const ClusteringOptions& options);
+// For clusters of these surfels.
+ClusterMetric metricOf(const Surfels& surfels, const ClusteringOptions& options);
+// A surfel as a cluster. centroids: of all surfels, or empty.
+ClusterSum leafOf(const Surfels& surfels, std::uint32_t surfel, std::span<const glm::vec3> centroids,
+                  const ClusterMetric& metric);
 
 }  // namespace relume

@@ -82,8 +82,8 @@ TEST_F(Bench, jsonHoldsStagesPassesAndBuffers) {
     stages.push_back(stage.at("stage"));
     sum += stage.at("seconds").get<double>();
   }
-  const std::vector<std::string> expected = {"rays",      "play space", "surfels", "caches",
-                                             "hierarchy", "test rays",  "links",   "receivers"};
+  const std::vector<std::string> expected = {"rays",   "play space", "surfels", "hierarchy",
+                                             "caches", "test rays",  "links",   "receivers"};
   ASSERT_GE(stages.size(), expected.size());
   EXPECT_TRUE(std::equal(expected.begin(), expected.end(), stages.begin()));
   EXPECT_LE(sum, setting.at("bake").at("seconds").get<double>());

@@ -98,7 +98,7 @@ TEST_F(Pages, bashCompletesCommandsFlagsAndValues) {
   EXPECT_EQ(complete({"relume", "bake", "--preset", ""}), (Words{"best", "draft", "high", "medium", "paper", "web"}));
   EXPECT_EQ(complete({"relume", "bake", "--preset", "=", "dr"}), (Words{"draft"}));
   EXPECT_EQ(complete({"relume", "bake", "--preset", "="}), (Words{"best", "draft", "high", "medium", "paper", "web"}));
-  EXPECT_EQ(complete({"relume", "bake", "room.gltf", "--clustering", "k"}), (Words{"kd"}));
+  EXPECT_EQ(complete({"relume", "bake", "room.gltf", "--clustering", "a"}), (Words{"approximate"}));
   EXPECT_EQ(complete({"relume", "bake", "--surfels", ""}), Words{}) << "a number";
   EXPECT_EQ(complete({"relume", "render", "--light-unit", "p"}), (Words{"photometric"}));
   EXPECT_EQ(complete({"relume", "bench", "--preset", "draft,b"}), (Words{"draft,best"}));

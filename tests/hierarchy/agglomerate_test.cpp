@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Exact clustering against an O(n³) oracle, and the median-split tree.
+// Exact clustering against an O(n³) oracle.
 #include "bake/hierarchy/cluster_search.h"
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/hierarchy/metric.h"
 #include "tests/hierarchy/make_surfels.h"
+#include "tests/hierarchy/trees.h"
 
 #include <gtest/gtest.h>
 
@@ -14,31 +15,6 @@
 
 namespace relume {
 namespace {
-
-// PIC 4.3 as printed, between clusters of unit normals.
-double printedDistance(const ClusterSum& a, const ClusterSum& b, const ClusteringOptions& options) {
-  const glm::dvec3 apart = glm::dvec3(a.center) - glm::dvec3(b.center);
-  const double larger = std::max(a.leaves, b.leaves), smaller = std::min(a.leaves, b.leaves);
-  return glm::dot(apart, apart) + options.normalWeight * (1.0 - glm::dot(glm::dvec3(a.normal), glm::dvec3(b.normal))) +
-         options.balanceWeight * (larger - smaller) / larger;
-}
-
-ClusterMetric metricFor(const Surfels& surfels, const ClusteringOptions& options) {
-  glm::vec3 low(1e30f), high(-1e30f);
-  for (const glm::vec3& p : surfels.positionWorld) low = glm::min(low, p), high = glm::max(high, p);
-  const float extent = glm::length(high - low);
-  return {0.5f * (low + high), extent > 0.0f ? 1.0f / extent : 0.0f, std::sqrt(0.5f * options.normalWeight),
-          std::sqrt(options.outlookWeight), options.balanceWeight};
-}
-
-std::vector<ClusterSum> leafSums(const Surfels& surfels, const ClusterMetric& metric) {
-  std::vector<ClusterSum> sums;
-  for (std::uint32_t i = 0; i < surfels.count(); ++i) {
-    sums.push_back(
-        {(surfels.positionWorld[i] - metric.origin) * metric.inverseExtent, surfels.normal[i], surfels.normal[i], 1});
-  }
-  return sums;
-}
 
 // Looks at all pairs before every merge.
 ClusterTree agglomerateSlowly(const Surfels& surfels, const ClusteringOptions& options) {
@@ -66,30 +42,6 @@ ClusterTree agglomerateSlowly(const Surfels& surfels, const ClusteringOptions& o
     sums.push_back(mergeClusters(sums[first], sums[second]));
   }
   return tree;
-}
-
-void expectTree(const ClusterTree& tree, std::uint32_t leafCount) {
-  ASSERT_EQ(tree.leafCount, leafCount);
-  ASSERT_EQ(tree.first.size(), leafCount - 1);
-  std::vector<int> used(2 * leafCount - 1, 0);
-  for (std::uint32_t k = 0; k + 1 < leafCount; ++k) {
-    ASSERT_LT(tree.first[k], leafCount + k);
-    ASSERT_LT(tree.second[k], leafCount + k);
-    ++used[tree.first[k]];
-    ++used[tree.second[k]];
-  }
-  for (std::uint32_t i = 0; i + 1 < used.size(); ++i) EXPECT_EQ(used[i], 1) << i;
-}
-
-// Total of the printed metric over all merges: what a tree costs.
-double treeCost(const Surfels& surfels, const ClusterTree& tree, const ClusteringOptions& options) {
-  std::vector<ClusterSum> sums = leafSums(surfels, metricFor(surfels, options));
-  double cost = 0.0;
-  for (std::size_t k = 0; k < tree.first.size(); ++k) {
-    cost += printedDistance(sums[tree.first[k]], sums[tree.second[k]], options);
-    sums.push_back(mergeClusters(sums[tree.first[k]], sums[tree.second[k]]));
-  }
-  return cost;
 }
 
 TEST(Metric, isThePapersDistanceForUnitNormals) {
@@ -218,22 +170,18 @@ TEST(Agglomerate, oneMemberIsATreeWithoutMerges) {
   const Surfels surfels = makeSurfels(5, 4);
   const std::vector<std::uint32_t> members{2};
   Context context;
-  for (const Result<ClusterTree>& tree :
-       {agglomerate(surfels, members, {}, context), splitMedian(surfels, members, context)}) {
-    ASSERT_TRUE(tree);
-    EXPECT_EQ(tree->leafCount, 1u);
-    EXPECT_TRUE(tree->first.empty());
-  }
+  const Result<ClusterTree> tree = agglomerate(surfels, members, {}, context);
+  ASSERT_TRUE(tree);
+  EXPECT_EQ(tree->leafCount, 1u);
+  EXPECT_TRUE(tree->first.empty());
 }
 
 TEST(Agglomerate, refusesBadInput) {
   const Surfels surfels = makeSurfels(5, 4);
   Context context;
   EXPECT_EQ(agglomerate(surfels, {}, {}, context).error().code, ErrorCode::failed);
-  EXPECT_EQ(splitMedian(surfels, {}, context).error().code, ErrorCode::failed);
   const std::vector<std::uint32_t> beyond{0, 5};
   EXPECT_EQ(agglomerate(surfels, beyond, {}, context).error().code, ErrorCode::failed);
-  EXPECT_EQ(splitMedian(surfels, beyond, context).error().code, ErrorCode::failed);
   for (const float weight : {-1.0f, std::numeric_limits<float>::quiet_NaN(), 1e30f}) {
     ClusteringOptions options;
     options.normalWeight = weight;
@@ -265,15 +213,6 @@ TEST(Agglomerate, threadCountDoesNotChangeTheTree) {
   EXPECT_EQ(a->second, b->second);
 }
 
-TEST(Agglomerate, costsLessThanMedianSplits) {
-  const Surfels surfels = makeSurfels(4096, 11);
-  Context context;
-  const Result<ClusterTree> exact = agglomerate(surfels, allOf(surfels), {}, context);
-  const Result<ClusterTree> median = splitMedian(surfels, allOf(surfels), context);
-  ASSERT_TRUE(exact && median);
-  EXPECT_LT(treeCost(surfels, *exact, {}), treeCost(surfels, *median, {}));
-}
-
 TEST(ClusterSearch, findsTheNearestWhileClustersMerge) {
   // Random merges, not nearest ones, so that bounds grow wide and every rebuild is passed.
   const std::uint32_t count = 1500;
@@ -286,8 +225,7 @@ TEST(ClusterSearch, findsTheNearestWhileClustersMerge) {
     entries.push_back({clusterPoint(sums[i], metric), i});
     living.push_back(i);
   }
-  Context context;
-  ClusterSearch search(entries, 2 * count - 1, metric.balanceWeight, context);
+  ClusterSearch search(entries, 2 * count - 1, metric.balanceWeight);
   RandomStream random(5, 6, 7);
   for (std::uint32_t merged = count; merged < 2 * count - 1; ++merged) {
     const std::uint32_t asked = living[random.below(static_cast<std::uint32_t>(living.size()))];
@@ -319,7 +257,7 @@ TEST(ClusterSearch, findsTheNearestWhileClustersMerge) {
 TEST(ClusterSearch, findsTheNearestAmongTiedValues) {
   // Few values along each dimension, most points on the first of them: splits between equal values are uneven. And all
   // points on one, so that there are no halves.
-  constexpr std::uint32_t kCount = ClusterSearch::kMany + 17;
+  constexpr std::uint32_t kCount = 3000;
   for (const std::uint32_t values : {40u, 1u}) {
     std::vector<ClusterSearch::Entry> entries;
     for (std::uint32_t i = 0; i < kCount; ++i) {
@@ -330,58 +268,19 @@ TEST(ClusterSearch, findsTheNearestAmongTiedValues) {
       point.inverseArea = 1.0f / point.area;
       entries.push_back({point, i});
     }
-    for (const std::uint32_t count : {3000u, kCount}) {
-      Context one, seven;
-      one.threads = 1;
-      seven.threads = 7;
-      const std::span some(entries.data(), count);
-      const ClusterSearch alone(some, count, 0.02f, one), byThreads(some, count, 0.02f, seven);
-      for (std::uint32_t asked = 0; asked < count; asked += count / 400) {
-        ClusterSearch::Nearest expected{std::numeric_limits<float>::infinity(), kNoCluster};
-        for (std::uint32_t other = 0; other < count; ++other) {
-          if (other == asked) continue;
-          const float d = clusterDistance(entries[asked].point, entries[other].point, 0.02f);
-          if (d < expected.distance || (d == expected.distance && other - asked < expected.id - asked))
-            expected = {d, other};
-        }
-        for (const ClusterSearch* search : {&alone, &byThreads}) {
-          const ClusterSearch::Nearest found = search->nearest(asked);
-          ASSERT_EQ(found.id, expected.id) << asked;
-          ASSERT_EQ(found.distance, expected.distance) << asked;
-        }
+    const ClusterSearch search(entries, kCount, 0.02f);
+    for (std::uint32_t asked = 0; asked < kCount; asked += 7) {
+      ClusterSearch::Nearest expected{std::numeric_limits<float>::infinity(), kNoCluster};
+      for (std::uint32_t other = 0; other < kCount; ++other) {
+        if (other == asked) continue;
+        const float d = clusterDistance(entries[asked].point, entries[other].point, 0.02f);
+        if (d < expected.distance || (d == expected.distance && other - asked < expected.id - asked))
+          expected = {d, other};
       }
+      const ClusterSearch::Nearest found = search.nearest(asked);
+      ASSERT_EQ(found.id, expected.id) << asked;
+      ASSERT_EQ(found.distance, expected.distance) << asked;
     }
-  }
-}
-
-// So many that threads build what is searched, at first and anew when a third are gone.
-TEST(Agglomerate, manySurfelsGiveTheSameTreeAtAnyNumberOfThreads) {
-  const Surfels surfels = makeSurfels(2 * ClusterSearch::kMany, 3);
-  Context one;
-  one.threads = 1;
-  const Result<ClusterTree> expected = agglomerate(surfels, allOf(surfels), {}, one);
-  ASSERT_TRUE(expected);
-  for (const int threads : {2, 7}) {
-    Context context;
-    context.threads = threads;
-    const Result<ClusterTree> tree = agglomerate(surfels, allOf(surfels), {}, context);
-    ASSERT_TRUE(tree);
-    EXPECT_TRUE(tree->first == expected->first && tree->second == expected->second) << threads << " threads";
-  }
-}
-
-TEST(SplitMedian, isABalancedTree) {
-  Context context;
-  for (const std::uint32_t count : {2u, 3u, 100u, 1025u}) {
-    const Surfels surfels = makeSurfels(count, 2);
-    const Result<ClusterTree> tree = splitMedian(surfels, allOf(surfels), context);
-    ASSERT_TRUE(tree);
-    expectTree(*tree, count);
-    std::vector<std::uint32_t> depth(2 * count - 1, 0);
-    for (std::uint32_t k = 0; k + 1 < count; ++k) {
-      depth[count + k] = 1 + std::max(depth[tree->first[k]], depth[tree->second[k]]);
-    }
-    EXPECT_EQ(depth.back(), static_cast<std::uint32_t>(std::ceil(std::log2(count))));
   }
 }
 

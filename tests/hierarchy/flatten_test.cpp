@@ -99,7 +99,7 @@ void expectGroupsAreUnmixed(const Hierarchy& h, const Surfels& surfels, std::siz
 
 TEST(ClusterSurfels, keepsTheLayoutsInvariants) {
   Context context;
-  for (const auto method : {ClusteringOptions::Method::exact, ClusteringOptions::Method::kd}) {
+  for (const auto method : {ClusteringOptions::Method::approximate, ClusteringOptions::Method::exact}) {
     ClusteringOptions options;
     options.method = method;
     for (const std::uint32_t count : {1u, 2u, 3u, 50u, 2000u}) {

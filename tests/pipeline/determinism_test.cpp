@@ -73,7 +73,7 @@ TEST(Pipeline, everyPlacementAndClusteringIsDeterministic) {
   const fs::path room = writeRoom();
   for (const auto placement :
        {SurfelOptions::Placement::halton, SurfelOptions::Placement::relaxed, SurfelOptions::Placement::eliminated}) {
-    for (const auto method : {ClusteringOptions::Method::exact, ClusteringOptions::Method::kd}) {
+    for (const auto method : {ClusteringOptions::Method::approximate, ClusteringOptions::Method::exact}) {
       BakeOptions options = tinyOptions();
       options.surfels.placement = placement;
       options.clustering.method = method;

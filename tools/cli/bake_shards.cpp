@@ -123,7 +123,7 @@ int runPlan(const BakeArguments& arguments) {
   const Result<BakeOptions> options = chooseOptions(arguments, presetOptions(arguments.preset));
   if (!options) return fail(options.error());
   Terminal terminal(arguments.terminal, stagesOf(*options,
-                                                 {"import", "rays", "play space", "surfels", "caches", "hierarchy",
+                                                 {"import", "rays", "play space", "surfels", "hierarchy", "caches",
                                                   "test rays", "receivers", "provenance"},
                                                  0.0));
   Context& context = terminal.context();

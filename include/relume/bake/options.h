@@ -30,11 +30,11 @@ struct SurfelOptions {
 };
 
 struct ClusteringOptions {
-  enum class Method { exact, kd };
-  Method method = Method::exact;  // exact agglomerative clustering, or median splits
-  float normalWeight = 0.1f;      // [0..1e6] C_n, PIC 4.3
-  float balanceWeight = 0.02f;    // [0..1e6] C_b, PIC 4.3
-  float outlookWeight = 4.0f;     // [0..1e6] C_o: keeps surfels apart that do not see the same; 0 = the paper's metric
+  enum class Method { approximate, exact };
+  Method method = Method::approximate;  // agglomerative clustering: cell by cell, by all threads, or PIC's own, by one
+  float normalWeight = 0.1f;            // [0..1e6] C_n, PIC 4.3
+  float balanceWeight = 0.02f;          // [0..1e6] C_b, PIC 4.3
+  float outlookWeight = 4.0f;  // [0..1e6] C_o: keeps surfels apart that do not see the same; 0 = the paper's metric
 };
 
 struct CacheOptions {
