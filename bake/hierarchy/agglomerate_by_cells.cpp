@@ -63,7 +63,7 @@ class CellClustering {
   void halveCells();
   std::vector<std::uint32_t> cluster(std::uint32_t begin, std::uint32_t end, std::uint32_t firstMerge,
                                      NearestPairs& pairs);
-  void join(Cell& cell, std::uint32_t left);
+  void join(Cell& cell);
   void mergeUntil(std::uint32_t left, std::uint32_t firstMerge, NearestPairs& pairs,
                   std::vector<std::uint32_t>& clusters);
 
@@ -164,14 +164,14 @@ std::vector<std::uint32_t> CellClustering::cluster(std::uint32_t begin, std::uin
 }
 
 // Merge what is left of a cell's halves.
-void CellClustering::join(Cell& cell, std::uint32_t left) {
+void CellClustering::join(Cell& cell) {
   Cell &first = cells_[cell.halves], &second = cells_[cell.halves + 1];
   cell.clusters = std::move(first.clusters);
   cell.clusters.insert(cell.clusters.end(), second.clusters.begin(), second.clusters.end());
   second.clusters = {};
   NearestPairs pairs;
-  mergeUntil(left, cell.firstMerge + mergesWithin(first.surfels()) + mergesWithin(second.surfels()), pairs,
-             cell.clusters);
+  mergeUntil(clustersLeft(cell.surfels()),
+             cell.firstMerge + mergesWithin(first.surfels()) + mergesWithin(second.surfels()), pairs, cell.clusters);
 }
 
 void CellClustering::mergeUntil(std::uint32_t left, std::uint32_t firstMerge, NearestPairs& pairs,
@@ -203,7 +203,7 @@ ClusterTree CellClustering::run() {
     const std::size_t first = levelBegin_[level];
     parallelChunks(context_, "", levelBegin_[level + 1] - first, 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = first + begin; i < first + end; ++i) {
-        if (cells_[i].halves > 0) join(cells_[i], clustersLeft(cells_[i].surfels()));
+        if (cells_[i].halves > 0) join(cells_[i]);
       }
     });
   }
