@@ -10,6 +10,7 @@
 #include "bake/base/parallel.h"
 #include "bake/rays/built_triangles.h"
 #include "bake/rays/ray_piles.h"
+#include "formats/decimal.h"
 
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
@@ -18,6 +19,7 @@
 #include <future>
 #include <limits>
 #include <map>
+#include <string>
 #include <utility>
 
 namespace relume {
@@ -30,6 +32,18 @@ constexpr std::uint64_t kMaxBundleTriangles = 1u << 22;  // 64 bytes each; level
 constexpr std::uint64_t kShareLimit = kMaxBundleTriangles, kFlattenLimit = 1u << 24, kWorthSharing = 4;
 static_assert(kMaxBundleTriangles <= kShareLimit);  // the vertices of bundles are in the world's space
 constexpr float kFarCentre = 16.0f;                 // a level this many of its own sizes from the origin is recentred
+constexpr float kRoundingToTell = 1e-3f;            // [of its size] how far rays may start from its surfaces
+
+// far: the level's largest coordinate. [m]
+void warnOfRounding(float far, float size, Context& context) {
+  const float apart = std::numeric_limits<float>::epsilon() * far, off = kFarEpsilonUlps * apart;
+  if (!(off > kRoundingToTell * size)) return;
+  context.message(Severity::warning,
+                  "the level, " + decimalGeneral(size, 3) + " m large, lies " + decimalGeneral(far, 3) +
+                      " m from the origin, where places are " + decimalGeneral(apart, 2) + " m apart: rays start " +
+                      decimalGeneral(off, 2) +
+                      " m off its surfaces, and edges and corners have wrong light; move it nearer to the origin");
+}
 
 // Let rays through the texels that the alpha test cuts out.
 void alphaFilter(const RTCFilterFunctionNArguments* args) {
@@ -213,8 +227,11 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   const std::string config = isa.empty() ? "" : "isa=" + isa;
   state->device.reset(rtcNewDevice(config.c_str()));
   if (!state->device) {
-    return Error{ErrorCode::failed, "Embree cannot start with \"" + config + "\": error " +
-                                        std::to_string(static_cast<int>(rtcGetDeviceError(nullptr)))};
+    const RTCError reason = rtcGetDeviceError(nullptr);
+    if (reason == RTC_ERROR_OUT_OF_MEMORY)
+      return Error{ErrorCode::memory, "ray tracer: memory ran out while Embree was starting"};
+    return Error{ErrorCode::failed,
+                 "Embree cannot start with \"" + config + "\": error " + std::to_string(static_cast<int>(reason))};
   }
   RTCDevice device = state->device.get();
   rtcSetDeviceErrorFunction(device, State::onError, state.get());
@@ -230,7 +247,10 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   state->boundsMin = level.min;
   state->boundsMax = level.max;
   const glm::vec3 centre = 0.5f * level.min + 0.5f * level.max, size = level.max - level.min;
-  if (largest(centre) > kFarCentre * largest(size)) state->shift = centre;
+  if (largest(centre) > kFarCentre * largest(size)) {
+    state->shift = centre;
+    warnOfRounding(std::max(largest(level.min), largest(level.max)), largest(size), context);
+  }
   state->epsilonFloor = kEpsilonUlps * std::numeric_limits<float>::epsilon() * 0.5f * largest(size);
 
   const glm::vec3 reach = glm::max(glm::abs(level.min - state->shift), glm::abs(level.max - state->shift));

@@ -191,7 +191,8 @@ glm::vec3 RayTracer::boundsMin() const { return state_->boundsMin; }
 glm::vec3 RayTracer::boundsMax() const { return state_->boundsMax; }
 
 float RayTracer::epsilonAt(const glm::vec3& positionWorld) const {
-  const float rounding = kEpsilonUlps * std::numeric_limits<float>::epsilon() * largest(positionWorld);
+  const float ulps = state_->shift == glm::vec3(0.0f) ? kEpsilonUlps : kFarEpsilonUlps;
+  const float rounding = ulps * std::numeric_limits<float>::epsilon() * largest(positionWorld);
   return std::max({rounding, state_->epsilonFloor, std::numeric_limits<float>::min()});
 }
 

@@ -23,6 +23,9 @@
 namespace relume {
 
 inline constexpr float kEpsilonUlps = 16.0f;  // a hit's position is off by a few roundings of its coordinates
+// Of a level far from the origin, which is traced around its own centre, that is off by the roundings of the world's
+// coordinates alone: of the place, of the step off the surface, and of either's sum.
+inline constexpr float kFarEpsilonUlps = 4.0f;
 
 // Flush denormals in this thread while rays are traced. Only then: exact predicates elsewhere need denormals.
 class FlushDenormals {

@@ -11,6 +11,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace relume {
@@ -397,11 +400,27 @@ TEST(RayTracer, epsilonFollowsTheSizeOfTheCoordinates) {
     const glm::vec3 p = hitPosition(scene, hit);
     const float epsilon = tracer.epsilonAt(p);
     EXPECT_GT(epsilon, 0.0f);
-    EXPECT_LT(epsilon, 0.06f * size);
+    EXPECT_LT(epsilon, 0.015f * size);
     // Off the floor by epsilon, the ceiling is seen and the floor does not hide it.
     const glm::vec3 start = p + glm::vec3(0, epsilon, 0);
     EXPECT_NE(start.y, p.y);
     EXPECT_NEAR(tracer.trace({start, 0.0f, {0, 1, 0}}).distance, size, 0.06f * size);
+  }
+}
+
+TEST(RayTracer, levelsTooFarFromTheOriginForTheirSizeAreToldOf) {
+  for (const auto& [offset, count] : {std::pair{0.0f, 0u}, {4e3f, 0u}, {2e4f, 1u}, {1e6f, 1u}}) {
+    Scene scene;
+    addInstance(scene, box(glm::vec3(offset), glm::vec3(offset + 4.0f), true));
+    finish(scene);
+    Context context;
+    std::vector<std::string> said;
+    context.onMessage = [&](Severity, std::string_view text) { said.emplace_back(text); };
+    ASSERT_TRUE(RayTracer::create(scene, "avx2", context));
+    ASSERT_EQ(said.size(), count) << offset;
+    if (count > 0) {
+      EXPECT_NE(said[0].find("m from the origin"), std::string::npos) << said[0];
+    }
   }
 }
 
