@@ -147,6 +147,9 @@ relume_status relume_live_update(relume_live* live, const relume_light_setup* se
     if (frame != nullptr) {
       if (Status ok = readStruct(frame, sizeof how.struct_size + 1, "frame", how); !ok) return ok;
     }
+    if (how.sky_map != nullptr && how.sky_side == 0)
+      return relume::Error{relume::ErrorCode::usage,
+                           "frame: sky_map is given and sky_side is 0: texels along its side"};
     if (Status ok = readLights(read, live->lights); !ok) return ok;
     relume::LightSetup lit;
     lit.lights = live->lights;

@@ -24,7 +24,8 @@ typedef struct relume_edit_blend relume_edit_blend;
 typedef struct relume_live_surface {
   float albedo[3];   /* [0..1] */
   float emission[3]; /* [W/m^2/sr] [0..1e9] of the front, and of the back where double_sided */
-  float coverage;    /* [0..1] share of the triangle that is there: 1 but for leaves and fences */
+  float coverage;    /* [0..1] share of its triangles that are there, each whole: 1 but for leaves and fences, which
+                        are cut into triangles of about a voxel */
   int double_sided;  /* emits from its back as well; both sides of any triangle reflect */
 } relume_live_surface;
 
@@ -93,9 +94,9 @@ typedef struct relume_live_frame {
   float keep;              /* [0..1) share of last frame's light that stays: exp(-seconds / 0.15) hides noise */
   float sky_radiance[3];   /* [W/m^2/sr] [0..1e9] from everywhere */
   const float* sky_map;    /* in place of it: sky_side x sky_side colours (LiveSky::map); NULL = none */
-  unsigned int sky_side;
-  unsigned int ray_set; /* count the frames */
-  int freeze_voxels;    /* gather once more from surfaces as they are lit */
+  unsigned int sky_side;   /* [>= 1 with a map] */
+  unsigned int ray_set;    /* count the frames */
+  int freeze_voxels;       /* gather once more from surfaces as they are lit */
 } relume_live_frame;
 
 /* Zeros but for struct_size, emission_scale and bounce_scale. */
@@ -105,7 +106,8 @@ RELUME_API void relume_live_frame_default(relume_live_frame* frame, size_t struc
 RELUME_API relume_status relume_live_update(relume_live* live, const relume_light_setup* setup,
                                             const relume_live_frame* frame);
 RELUME_API relume_status relume_live_reset(relume_live* live);
-/* Irradiance [W/m^2] at `count` receivers with unit normals, three floats each. */
+/* Irradiance [W/m^2] at `count` receivers with unit normals, three floats each: of the caches around them, which are
+ * near surfaces; in open air of the nearest in sight, which takes longer (LiveLight::irradiance()). */
 RELUME_API relume_status relume_live_irradiance(const relume_live* live, size_t count, const float* positions,
                                                 const float* normals, float* irradiance);
 

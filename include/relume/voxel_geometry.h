@@ -15,7 +15,9 @@ namespace relume {
 struct VoxelSurface {
   glm::vec3 albedo{0.5f};    // [0..1]
   glm::vec3 emission{0.0f};  // [W/m²/sr] [0..1e9] of the front, and of the back where doubleSided
-  float coverage = 1.0f;     // [0..1] share of the triangle that is there: leaves, fences
+  // [0..1] Leaves, fences: the share of this surface's triangles that are there, each of them whole, by a hash of their
+  // numbers. Cut what is larger into triangles of about a voxel: of two that make a fence both or none may be there.
+  float coverage = 1.0f;
   bool doubleSided = false;  // emits from its back as well; both sides of any triangle reflect
 };
 

@@ -4,6 +4,7 @@
 
 #include "formats/limits.h"
 #include "formats/sh.h"
+#include "runtime/live/open_air.h"
 
 #include <glm/geometric.hpp>
 
@@ -146,7 +147,8 @@ glm::vec3 NestedCaches::irradianceBy(const NestedStencil& stencil, const glm::ve
 }
 
 glm::vec3 NestedCaches::irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const {
-  return irradianceBy(stencil(positionWorld, normal), normal);
+  const auto caches = all();
+  return receivedIrradiance(std::span(caches).first(caches_.size()), sky_, positionWorld, normal);
 }
 
 std::uint32_t NestedCaches::activeCells() const {

@@ -59,8 +59,9 @@ class NestedCaches {
   [[nodiscard]] Status update(NestedVolumes& volumes, const LiveFrame& frame);
   void reset();
 
-  // As LiveCaches's.
+  // receivedIrradiance() of open_air.h.
   [[nodiscard]] glm::vec3 irradiance(const glm::vec3& positionWorld, const glm::vec3& normal) const;
+  // As LiveCaches's.
   [[nodiscard]] NestedStencil stencil(const glm::vec3& positionWorld, const glm::vec3& normal) const;
   [[nodiscard]] glm::vec3 irradianceBy(const NestedStencil& stencil, const glm::vec3& normal) const;
 

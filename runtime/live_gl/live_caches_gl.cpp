@@ -8,6 +8,7 @@
 #include "runtime/gl/saved_state.h"
 #include "runtime/gl/timer.h"
 #include "runtime/live/nested_caches.h"
+#include "runtime/live/open_air.h"
 #include "runtime/live_gl/live_resolve_gl.h"
 #include "runtime/live_gl/nested_volumes_gl.h"
 #include "runtime/shared/stopwatch.h"
@@ -324,7 +325,7 @@ glm::vec3 LiveCachesGl::irradiance(const glm::vec3& positionWorld, const glm::ve
                  std::span(s.brightest).subspan(volume.at.firstCache)};
   }
   const std::span<const VolumeCaches> all(caches.data(), count);
-  return nestedIrradiance(all, s.sky, nestedStencil(all, positionWorld, normal), normal);
+  return receivedIrradiance(all, s.sky, positionWorld, normal);
 }
 
 std::uint32_t LiveCachesGl::activeCells() const { return state_->volumes.activeCells(); }

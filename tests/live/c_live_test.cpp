@@ -133,6 +133,12 @@ TEST_F(CLive, lightIsTheCppApis) {
     LightSetup setup;
     setup.lights = {&lamp, 1};
     setup.visibility = [](std::uint32_t, const glm::vec3& p, const glm::vec3&) { return p.x > 2.1f ? 1.0f : 0.0f; };
+    const float sky[3] = {1, 1, 1};
+    relume_live_frame sideless;
+    relume_live_frame_default(&sideless, sizeof sideless);
+    sideless.sky_map = sky;
+    EXPECT_EQ(relume_live_update(live, &setup_, &sideless), RELUME_ERROR_USAGE);
+    EXPECT_NE(std::string(relume_live_error(live)).find("sky_side"), std::string::npos);
     for (unsigned int f = 0; f < 4; ++f) {
       relume_live_frame frame;
       relume_live_frame_default(&frame, sizeof frame);

@@ -60,6 +60,43 @@ TEST_F(LiveLights, aFurnaceIsClosedOnBothBackends) {
   }
 }
 
+// What is far from surfaces has the light of the nearest caches in sight, and none of those behind a wall.
+TEST_F(LiveLights, openAirIsLitOnBothBackends) {
+  VoxelLevel plane;
+  plane.surfaces[0] = {glm::vec3(0.5f)};
+  plane.addQuad({-10, 0, -10}, {-10, 0, 10}, {10, 0, 10}, {10, 0, -10});
+  VoxelLevel rooms;
+  rooms.surfaces = {{glm::vec3(0.5f)}, {glm::vec3(0.5f), glm::vec3(1.0f)}};
+  rooms.addBox({0, 0, 0}, {8, 8, 8}, true, 1);
+  rooms.addBox({8.5f, 0, 0}, {16, 8, 8}, true);
+  for (const BackendKind backend : {BackendKind::cpu, BackendKind::gl}) {
+    LiveLightOptions high = options(backend);
+    high.boxMin = {-10, -1, -10};
+    high.boxMax = {10, 19, 10};
+    LiveLight open = made(plane, high);
+    LiveFrame frame;
+    frame.sky.radiance = glm::vec3(1.0f);
+    for (frame.raySet = 0; frame.raySet < 20; ++frame.raySet) ASSERT_TRUE(open.update({}, frame));
+    float before = open.irradiance({0.3f, 0, 0.2f}, {0, -1, 0}).x;
+    for (float y = 0.25f; y < 18.0f; y += 0.25f) {
+      EXPECT_NEAR(open.irradiance({0.3f, y, 0.2f}, {0, 1, 0}).x, kPi, 0.05f * kPi) << y;
+      // Beneath it, half of what the sky gives.
+      const float below = open.irradiance({0.3f, y, 0.2f}, {0, -1, 0}).x;
+      EXPECT_NEAR(below, y < 1.0f ? below : before, 0.1f * kPi) << y;
+      before = below;
+    }
+    EXPECT_NEAR(before, 0.5f * kPi, 0.15f * kPi);
+    EXPECT_EQ(open.irradiance({0, 19.5f, 0}, {0, 1, 0}), glm::vec3(0.0f)) << "out of the box";
+    EXPECT_EQ(open.irradiance({0, 12, 0}, glm::vec3(std::numeric_limits<float>::quiet_NaN())), glm::vec3(0.0f));
+    LiveLight closed = made(rooms, options(backend));
+    frames(closed, {}, 20);
+    EXPECT_NEAR(closed.irradiance({4, 4, 4}, {0, 0, 1}).x, 2.0f * kPi, 0.04f * kPi);
+    EXPECT_EQ(closed.irradiance({12.5f, 4, 4}, {-1, 0, 0}), glm::vec3(0.0f));
+    closed.reset();
+    EXPECT_EQ(closed.irradiance({4, 4, 4}, {0, 0, 1}), glm::vec3(0.0f));
+  }
+}
+
 // A lamp in shadow, a wall that is taken away, a box that moves: each backend follows, and both have one light.
 TEST_F(LiveLights, bothBackendsFollowLampsWallsAndMovingParts) {
   VoxelLevel level;
