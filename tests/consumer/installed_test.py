@@ -142,7 +142,8 @@ def check_games(where, bake, expected):
     # One in C alone, on a machine without GLM.
     alone = configure('c_only', where, '-DSAMPLES=' + samples, '-DCMAKE_DISABLE_FIND_PACKAGE_glm=ON')
     run('cmake', '--build', alone)
-    check_same('c_only', light(run(os.path.join(alone, 'c_only'), bake, env=environment)), expected)
+    for game in ('c_only', 'c_static'):
+        check_same(game, light(run(os.path.join(alone, game), bake, env=environment)), expected)
 
     # Passes as data, for a renderer of the game's own.
     said = [run(os.path.join(games, game), bake, env=environment) for game in ('passes_runtime', 'passes_shared')]
