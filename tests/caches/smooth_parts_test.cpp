@@ -140,17 +140,23 @@ TEST(SmoothParts, texelsOfASmallBallFollowItsNormals) {
   EXPECT_NEAR(smooth.caches.count(), faceted.caches.count(), 200);
 }
 
+// More nodes with the ball's mesh.
+void addBalls(Placed& p, int count) {
+  for (int i = 0; i < count; ++i) {
+    Instance ball = p.scene.instances[1];
+    ball.nodeIndex = static_cast<std::uint32_t>(p.scene.instances.size());
+    ball.node += "." + std::to_string(i + 1);
+    ball.firstTriangle = p.scene.triangleCount();
+    ball.toWorld = glm::translate(glm::mat4(1.0f), glm::vec3(-1.5 + 0.6 * (i % 6), 0.4 + 0.5 * (i / 6), -1.0));
+    p.scene.instances.push_back(ball);
+  }
+}
+
 TEST(SmoothParts, densityFollowsCurvatureWithinABudget) {
   Context context;
   for (const bool many : {false, true}) {
     Placed p = roomWithBall();
-    for (int i = 0; many && i < 30; ++i) {
-      Instance ball = p.scene.instances[1];
-      ball.nodeIndex = static_cast<std::uint32_t>(p.scene.instances.size());
-      ball.firstTriangle = p.scene.triangleCount();
-      ball.toWorld = glm::translate(glm::mat4(1.0f), glm::vec3(-1.5 + 0.6 * (i % 6), 0.4 + 0.5 * (i / 6), -1.0));
-      p.scene.instances.push_back(ball);
-    }
+    if (many) addBalls(p, 30);
     auto tracer = RayTracer::create(p.scene, "avx2", context);
     ASSERT_TRUE(tracer);
     PlaySpaceOptions all;
@@ -289,6 +295,17 @@ TEST(LightmapAdvice, smoothPartsBeyondTheBudgetAreNamedWithTheirDensity) {
   Placed mended = roomWithBall();
   mended.scene.instances[1].texelDensity = density;
   EXPECT_TRUE(messagesOf(mended, 1000, "facets").empty());
+}
+
+TEST(LightmapAdvice, nodesThatShareASmoothMeshHaveOneLine) {
+  Placed p = roomWithBall();
+  addBalls(p, 3);
+  p.scene.instances[3].texelDensity = 1.5f;
+  const auto said = messagesOf(p, 450, "facets");
+  ASSERT_EQ(said.size(), 2u);
+  EXPECT_NE(said[0].find("node \"ball\" and 2 more of its mesh: 3."), std::string::npos) << said[0];
+  EXPECT_NE(said[1].find("node \"ball.2\": 1."), std::string::npos) << said[1];
+  EXPECT_NE(said[1].find("(now 1.5)"), std::string::npos) << said[1];
 }
 
 // A shelf that is thinner than what the play space tells apart is in order; faces that were forgotten or turned over

@@ -7,11 +7,13 @@
 #include "bake/caches/lightmap/texel_units.h"
 #include "formats/decimal.h"
 #include "relume/bake/context.h"
+#include "relume/bake/options.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -28,9 +30,6 @@ constexpr double kMinShare = 1e-3, kMinLitBacks = 1e-2;
 constexpr std::size_t kSpots = 32;
 // The advised density gives caches to this share of a node's surface in small pieces.
 constexpr double kMended = 0.9;
-// With fewer caches than those of preset medium a bake is a draft or a small budget's: that its texels are larger than
-// pieces is no fault of the level, and a density that mends it would be wrong in a finer bake.
-constexpr std::uint32_t kLeastCaches = 8192;
 // A density that would take more than this share of the light map is no advice, for all else would get larger texels
 // (fortitude at medium: those of two nodes' densities took 4.6 m to 14 m). Pieces without another remedy are told of
 // from this share of all seen surface on.
@@ -83,7 +82,8 @@ class Adviser {
         shared_(shared),
         options_(options),
         context_(context),
-        isCoarse_(options.lightmapSize == 0 && options.lightmapCaches < kLeastCaches) {}
+        isCoarse_(options.lightmapSize == 0 &&
+                  options.lightmapCaches < presetOptions(Preset::medium).caches.lightmapCaches) {}
 
   void run() {
     std::vector<Faulty> faulty(scene_.instances.size());
@@ -275,7 +275,8 @@ class Adviser {
                          "it doubleSided");
   }
 
-  // Warn of small smooth parts to which followCurvature() could not give enough texels.
+  // Warn of small smooth parts to which followCurvature() could not give enough texels. Nodes that share a mesh and its
+  // density, as kit pieces do, are told of in one line.
   void adviseSmooth() const {
     std::vector<double> area(scene_.instances.size(), 0.0), density(scene_.instances.size(), 0.0);
     for (const SmoothPart& part : set_.parts) {
@@ -286,13 +287,26 @@ class Adviser {
       area[part.instance] += part.area;
       density[part.instance] += factor * scene_.instances[part.instance].texelDensity * part.area;
     }
+    std::vector<std::uint32_t> others(scene_.instances.size(), 0);  // that are told of with a node
+    std::map<std::pair<std::uint32_t, float>, std::uint32_t> firstOf;
+    for (std::uint32_t i = 0; i < scene_.instances.size(); ++i) {
+      if (!(area[i] > 0.0)) continue;
+      const Instance& instance = scene_.instances[i];
+      const auto [first, isNew] = firstOf.try_emplace({instance.mesh, instance.texelDensity}, i);
+      if (isNew) continue;
+      ++others[first->second];
+      area[first->second] += std::exchange(area[i], 0.0);
+      density[first->second] += density[i];
+    }
     forLargest(
         kMaxSmooth, [&](std::uint32_t i) { return area[i]; },
         [&](std::uint32_t i) {
           const double wanted = std::min(density[i] / area[i], kMaxDensity);
+          const std::string alike = others[i] > 0 ? " and " + std::to_string(others[i]) + " more of its mesh" : "";
           context_.message(Severity::info,
-                           nameOf(i) + ": " + number(area[i]) + " m² of smooth surface are curved too tightly " +
-                               "for texels of " + number(texels_.texelSize) +
+                           nameOf(i) + alike + ": " + number(area[i]) +
+                               " m² of smooth surface are curved too tightly " + "for texels of " +
+                               number(texels_.texelSize) +
                                " m, which may show as facets and seams; extras.relume.texelDensity of " +
                                rounded(wanted) + " follows it (now " + number(scene_.instances[i].texelDensity) + ")");
         });
@@ -306,6 +320,8 @@ class Adviser {
   const SharedCaches& shared_;
   const CacheOptions& options_;
   Context& context_;
+  // With fewer caches than those of preset medium a bake is a draft or a small budget's: that its texels are larger
+  // than pieces is no fault of the level, and a density that mends it would be wrong in a finer bake.
   bool isCoarse_;      // small pieces are not told of
   double cost_ = 0.0;  // of all nodes
 };
