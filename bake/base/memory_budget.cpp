@@ -87,6 +87,11 @@ std::uint64_t heldMemory() {
   return file >> total >> resident && size > 0 ? resident * static_cast<std::uint64_t>(size) : 0;
 }
 
+std::uint64_t memoryLeft(const Context& context) {
+  const std::uint64_t budget = budgetOf(context);
+  return budget - std::min(budget, heldMemory());
+}
+
 Status reserveMemory(Context& context, std::string_view stage, double bytes, std::string_view what,
                      std::string_view remedy) {
   const auto budget = static_cast<double>(budgetOf(context)), held = static_cast<double>(heldMemory());

@@ -19,6 +19,9 @@ std::uint64_t machineMemoryBudget();
 // What the process holds now: its resident set. 0 where the system does not tell. [byte]
 std::uint64_t heldMemory();
 
+// What is left of Context::maxMemory. [byte]
+std::uint64_t memoryLeft(const Context& context);
+
 // Done, or failed where what is held now and what is needed in addition are more than Context::maxMemory:
 // "STAGE needs about N MiB for WHAT; M MiB are in use and the budget is B MiB: REMEDY, or raise --max-memory".
 // bytes: estimates within a factor of two; not finite counts as too much.

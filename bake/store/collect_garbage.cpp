@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Holds the folder of a store to a size (store.h). POSIX.
 #include "bake/store/directory_store.h"
+#include "bake/store/entry_file.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -8,7 +9,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <span>
 #include <string_view>
 #include <system_error>
 #include <tuple>
@@ -46,6 +49,17 @@ bool removeAbandoned(const fs::path& path) {
   return removed;
 }
 
+// Whether a file begins as an entry does: others may have such names too. To read moves the time of its last reading,
+// by which entries go, unless `flags` has O_NOATIME, which takes the owner: a file of somebody else is believed then.
+bool mayBeEntry(const fs::path& path, int flags) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC | flags);
+  if (file < 0) return errno == EPERM && (flags & O_NOATIME) != 0;
+  std::array<std::byte, kEntryHeaderBytes> header;
+  const ssize_t got = ::read(file, header.data(), header.size());
+  ::close(file);
+  return got > 0 && beginsAsEntry(std::span(header).first(static_cast<std::size_t>(got)));
+}
+
 }  // namespace
 
 Result<GarbageReport> collectGarbage(const fs::path& folder, std::uint64_t limit) {
@@ -63,7 +77,7 @@ Result<GarbageReport> collectGarbage(const fs::path& folder, std::uint64_t limit
       struct stat info {};
       if (::lstat(files->path().c_str(), &info) != 0 || !S_ISREG(info.st_mode)) continue;
       if (isTemporary(name)) report.temporaries += removeAbandoned(files->path());
-      if (!isEntryName(name)) continue;
+      if (!isEntryName(name) || !mayBeEntry(files->path(), O_NOATIME)) continue;
       Entry& entry = entries.emplace_back();
       entry.path = files->path();
       entry.bytes = static_cast<std::uint64_t>(info.st_size);
@@ -79,13 +93,13 @@ Result<GarbageReport> collectGarbage(const fs::path& folder, std::uint64_t limit
   report.entries = entries.size();
   for (const Entry& entry : entries) {
     if (report.bytes <= limit) break;
-    // Another collection may have removed it first.
-    if (::unlink(entry.path.c_str()) != 0 && errno != ENOENT)
+    const bool isOurs = mayBeEntry(entry.path, 0);  // or another collection has removed it
+    if (isOurs && ::unlink(entry.path.c_str()) != 0 && errno != ENOENT)
       return Error{ErrorCode::io, entry.path.string() + ": " + std::system_category().message(errno)};
     report.bytes -= entry.bytes;
-    report.removedBytes += entry.bytes;
     --report.entries;
-    ++report.removedEntries;
+    report.removedBytes += isOurs ? entry.bytes : 0;
+    report.removedEntries += isOurs;
   }
   return report;
 }

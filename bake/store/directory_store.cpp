@@ -2,6 +2,7 @@
 // See directory_store.h. POSIX.
 #include "bake/store/directory_store.h"
 
+#include "bake/store/entry_file.h"
 #include "formats/file_io.h"
 
 #include <fcntl.h>
@@ -9,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <system_error>
@@ -49,6 +51,19 @@ class Descriptor {
   int file_;
 };
 
+// Read until there is no more room or no more file. How many bytes; nothing: errno says why.
+std::optional<std::size_t> readInto(int file, std::span<std::byte> room) {
+  std::size_t read = 0;
+  while (read < room.size()) {
+    const ssize_t got = ::read(file, room.data() + read, room.size() - read);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return std::nullopt;
+    if (got == 0) break;
+    read += static_cast<std::size_t>(got);
+  }
+  return read;
+}
+
 }  // namespace
 
 std::string folderOf(const std::string& entry) { return entry.substr(0, kFolderDigits); }
@@ -72,20 +87,19 @@ Result<std::optional<std::vector<std::byte>>> DirectoryStore::get(const EntryNam
   struct stat info {};
   if (::fstat(file.get(), &info) != 0) return ioError(path, errno);
   if (!S_ISREG(info.st_mode)) return Error{ErrorCode::invalidFile, path.string() + ": not a regular file"};
+  // The size is compared with what the header says and with what may be read before anything is allocated for it.
   const auto size = static_cast<std::uint64_t>(info.st_size);
-  if (size > maxBytes)
-    return Error{ErrorCode::invalidFile, path.string() + ": " + std::to_string(size) + " bytes are more than the " +
-                                             std::to_string(maxBytes) + " of an entry"};
-  std::vector<std::byte> bytes(size);
-  std::size_t read = 0;
-  while (read < bytes.size()) {
-    const ssize_t got = ::read(file.get(), bytes.data() + read, bytes.size() - read);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return ioError(path, errno);
-    if (got == 0) break;
-    read += static_cast<std::size_t>(got);
-  }
-  bytes.resize(read);
+  std::array<std::byte, kEntryHeaderBytes> header;
+  const std::optional<std::size_t> begun = readInto(file.get(), header);
+  if (!begun) return ioError(path, errno);
+  const Result<std::uint64_t> most = mostEntryBytes(std::span(header).first(*begun));
+  if (!most) return most.error();
+  if (const Status fits = checkEntrySize(size, *most, maxBytes); !fits) return fits.error();
+  std::vector<std::byte> bytes(std::max<std::uint64_t>(size, header.size()));
+  std::copy(header.begin(), header.end(), bytes.begin());
+  const std::optional<std::size_t> rest = readInto(file.get(), std::span(bytes).subspan(header.size()));
+  if (!rest) return ioError(path, errno);
+  bytes.resize(header.size() + *rest);
   touch(file.get());
   return std::optional(std::move(bytes));
 }

@@ -21,8 +21,8 @@ class DirectoryStore : public Store {
   std::filesystem::path folder_;
 };
 
-// The folder of an entry, and whether a name is that of one: what is not was put there by somebody else, and is never
-// touched.
+// The folder of an entry, and whether a name is that of one: what is not, or does not begin as one, was put there by
+// somebody else, and no collection touches it.
 std::string folderOf(const std::string& entry);
 bool isEntryName(const std::string& text);
 bool isEntryFolder(const std::string& text);

@@ -4,6 +4,7 @@
 
 #include "bake/base/memory_budget.h"
 
+#include <algorithm>
 #include <chrono>
 #include <new>
 
@@ -35,9 +36,18 @@ std::optional<EntryBytes> EntryCache::find(const EntryName& name, Context& conte
     return std::nullopt;
   };
   try {
-    auto file = store_->get(name, kMaxEntryBytes);
+    const std::uint64_t left = memoryLeft(context);
+    auto file = store_->get(name, std::min(kMaxEntryBytes, left));
     if (!file) {
       if (file.error().code == ErrorCode::invalidFile) return damaged(file.error().message);
+      if (file.error().code == ErrorCode::memory) {
+        ++statistics_.missing;
+        context.message(Severity::warning,
+                        "store " + store_->name() + ": entry " + toString(name) +
+                            " is made again: " + file.error().message +
+                            (left < kMaxEntryBytes ? ": bake without --store, or raise --max-memory" : ""));
+        return std::nullopt;
+      }
       readable_ = writable_ = false;
       if (!context.cancelled())
         context.message(Severity::warning, "store " + store_->name() + ": done without: " + file.error().message);

@@ -8,6 +8,7 @@
 #include <xxhash.h>
 #include <zstd.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
@@ -18,7 +19,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "entries are little-endian");
 
 constexpr std::array<unsigned char, 8> kMagic = {0x89, 'R', 'L', 'E', '\r', '\n', 0x1A, '\n'};
-constexpr std::size_t kHeaderBytes = 64, kHashedBytes = 48;
+constexpr std::size_t kHeaderBytes = kEntryHeaderBytes, kHashedBytes = 48;
 constexpr int kLevel = 1;  // 400 MB/s; level 3 saves 3 % more of a block of links, and takes twice as long
 
 struct Header {
@@ -27,6 +28,16 @@ struct Header {
   std::uint64_t nameHigh = 0, nameLow = 0, size = 0, zero2 = 0, hashHigh = 0, hashLow = 0;
 };
 static_assert(sizeof(Header) == kHeaderBytes);
+
+Result<Header> readHeader(std::span<const std::byte> file) {
+  Header header;
+  if (file.size() < kHeaderBytes) return invalidFile("cut to " + std::to_string(file.size()) + " bytes");
+  if (!beginsAsEntry(file)) return invalidFile("not an entry of a store");
+  std::memcpy(&header, file.data(), kHeaderBytes);
+  if (header.version != kEntryVersion)
+    return invalidFile("of version " + std::to_string(header.version) + ", expected " + std::to_string(kEntryVersion));
+  return header;
+}
 
 XXH128_hash_t hashOf(const Header& header, std::span<const std::byte> frame) {
   const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(), XXH3_freeState);
@@ -63,18 +74,32 @@ Result<std::vector<std::byte>> sealEntry(const EntryName& name, std::span<const 
   return file;
 }
 
+bool beginsAsEntry(std::span<const std::byte> beginning) {
+  return beginning.size() >= kMagic.size() && std::memcmp(beginning.data(), kMagic.data(), kMagic.size()) == 0;
+}
+
+Result<std::uint64_t> mostEntryBytes(std::span<const std::byte> beginning) {
+  constexpr std::uint64_t kMost = 1ull << 62;  // sums below stay within 64 bits
+  const Result<Header> header = readHeader(beginning);
+  if (!header) return header.error();
+  return kHeaderBytes + std::uint64_t{ZSTD_compressBound(std::min(header->size, kMost))};
+}
+
+Status checkEntrySize(std::uint64_t bytes, std::uint64_t most, std::uint64_t maxBytes) {
+  const std::string has = "it has " + std::to_string(bytes) + " bytes, ";
+  if (bytes > most) return invalidFile(has + "by its header at most " + std::to_string(most));
+  if (bytes <= maxBytes) return done();
+  return Error{ErrorCode::memory, has + "at most " + std::to_string(maxBytes) + " can be read"};
+}
+
 Result<std::uint64_t> checkEntry(const EntryName& name, std::span<const std::byte> file) {
-  Header header;
-  if (file.size() < kHeaderBytes) return invalidFile("cut to " + std::to_string(file.size()) + " bytes");
-  std::memcpy(&header, file.data(), kHeaderBytes);
-  if (header.magic != kMagic) return invalidFile("not an entry of a store");
-  if (header.version != kEntryVersion)
-    return invalidFile("of version " + std::to_string(header.version) + ", expected " + std::to_string(kEntryVersion));
-  const XXH128_hash_t hash = hashOf(header, file.subspan(kHeaderBytes));
-  if (hash.high64 != header.hashHigh || hash.low64 != header.hashLow) return invalidFile("damaged: wrong checksum");
-  if (header.nameHigh != name.high || header.nameLow != name.low)
-    return invalidFile("the entry of another name, " + toString({header.nameHigh, header.nameLow}));
-  return header.size;
+  const Result<Header> header = readHeader(file);
+  if (!header) return header.error();
+  const XXH128_hash_t hash = hashOf(*header, file.subspan(kHeaderBytes));
+  if (hash.high64 != header->hashHigh || hash.low64 != header->hashLow) return invalidFile("damaged: wrong checksum");
+  if (header->nameHigh != name.high || header->nameLow != name.low)
+    return invalidFile("the entry of another name, " + toString({header->nameHigh, header->nameLow}));
+  return header->size;
 }
 
 Result<EntryBytes> openEntry(std::span<const std::byte> file) {

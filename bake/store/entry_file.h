@@ -21,6 +21,7 @@ namespace relume {
 
 inline constexpr std::uint32_t kEntryVersion = 1;
 inline constexpr std::uint64_t kMaxEntryBytes = 1ull << 34;  // of a file in a store
+inline constexpr std::size_t kEntryHeaderBytes = 64;
 
 // Bytes that were unpacked, aligned as chunks need it.
 struct EntryBytes {
@@ -30,6 +31,13 @@ struct EntryBytes {
 
 // Throws std::bad_alloc.
 Result<std::vector<std::byte>> sealEntry(const EntryName& name, std::span<const std::byte> bytes);
+// Whether a file that begins so is an entry, by its magic alone.
+bool beginsAsEntry(std::span<const std::byte> beginning);
+// [byte] The most that a file with this header has: asked before the rest is read. invalidFile: no header of an entry.
+Result<std::uint64_t> mostEntryBytes(std::span<const std::byte> beginning);
+// Of so many bytes that are or will be there, against what the header says and what may be read. invalidFile, memory:
+// as Store::get().
+Status checkEntrySize(std::uint64_t bytes, std::uint64_t most, std::uint64_t maxBytes);
 // [byte] What openEntry() will allocate, once the file is known to be whole. invalidFile: it is damaged, or another's.
 Result<std::uint64_t> checkEntry(const EntryName& name, std::span<const std::byte> file);
 // Of a file that checkEntry() has taken. invalidFile: the frame does not hold what the header says.

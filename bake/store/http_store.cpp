@@ -3,12 +3,15 @@
 #include "bake/store/http_store.h"
 
 #include "bake/store/directory_store.h"
+#include "bake/store/entry_file.h"
 #include "relume/bake/context.h"
 
 #include <curl/curl.h>
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
+#include <new>
 #include <utility>
 
 namespace relume {
@@ -19,29 +22,53 @@ constexpr long kSlowBytes = 1024, kSlowSeconds = 20;  // [byte/s] [s] slower tha
 constexpr int kPollMs = 100;                          // between two questions whether to go on
 constexpr long kFound = 200, kMadeFirst = 200, kMadeLast = 299, kNotFound = 404, kGone = 410, kTooLarge = 413,
                kFull = 507;
+constexpr std::uint64_t kMaxPage = 1u << 20;  // [byte] of what a server says in place of an entry
 
 using Bytes = std::vector<std::byte>;
 
-// A body as it comes in.
+// A body as it comes in: an entry, or a page of the server's, which is not kept.
 struct Received {
-  Bytes bytes;
+  CURL* easy = nullptr;
+  bool isWanted = false;
   std::uint64_t maxBytes = 0;
-  bool tooLarge = false, noMemory = false;
+  Bytes bytes;
+  std::uint64_t most = std::numeric_limits<std::uint64_t>::max();  // by the header, once it is there
+  std::uint64_t ignored = 0;
+  Status refused = done();
 };
+
+// Compare what has come, and what the server says will come, with what the header says and with what may be read. Room
+// is made for all of it at once.
+Status takePart(Received& received, std::span<const std::byte> part) {
+  long status = 0;
+  curl_easy_getinfo(received.easy, CURLINFO_RESPONSE_CODE, &status);
+  if (!received.isWanted || status != kFound) {
+    received.ignored += part.size();
+    return received.ignored <= kMaxPage ? done() : Status(Error{ErrorCode::io, "the server's page does not end"});
+  }
+  curl_off_t length = -1;
+  curl_easy_getinfo(received.easy, CURLINFO_CONTENT_LENGTH_DOWNLOAD_T, &length);
+  const std::uint64_t had = received.bytes.size(), has = had + part.size();
+  const std::uint64_t size = std::max(has, length > 0 ? static_cast<std::uint64_t>(length) : 0);
+  if (const Status fits = checkEntrySize(size, received.most, received.maxBytes); !fits) return fits;
+  received.bytes.insert(received.bytes.end(), part.begin(), part.end());
+  if (had >= kEntryHeaderBytes || has < kEntryHeaderBytes) return done();
+  const Result<std::uint64_t> most = mostEntryBytes(received.bytes);
+  if (!most) return most.error();
+  received.most = *most;
+  if (const Status fits = checkEntrySize(size, received.most, received.maxBytes); !fits) return fits;
+  received.bytes.reserve(length > 0 ? size : std::min(received.most, received.maxBytes));
+  return done();
+}
 
 std::size_t receive(char* data, std::size_t one, std::size_t count, void* to) {
   auto& received = *static_cast<Received*>(to);
-  const std::size_t size = one * count;
-  received.tooLarge = size > received.maxBytes - received.bytes.size();
-  if (received.tooLarge) return 0;
   try {
-    const auto* from = reinterpret_cast<const std::byte*>(data);
-    received.bytes.insert(received.bytes.end(), from, from + size);
+    received.refused = takePart(received, std::as_bytes(std::span(data, one * count)));
   } catch (const std::bad_alloc&) {
-    received.noMemory = true;
-    return 0;
+    received.refused = Error{ErrorCode::memory, "out of memory"};
   }
-  return size;
+  return received.refused ? one * count : 0;
 }
 
 // What is left to send.
@@ -87,11 +114,10 @@ class HttpStore : public Store {
       : url_(std::move(url)), shown_(std::move(shown)), cancelled_(std::move(cancelled)), multi_(curl_multi_init()) {}
 
   Result<std::optional<Bytes>> get(const EntryName& name, std::uint64_t maxBytes) override {
-    Received received{{}, maxBytes};
+    Received received;
+    received.isWanted = true;
+    received.maxBytes = maxBytes;
     const Result<long> answer = run(name, received, nullptr);
-    if (!answer && received.tooLarge)
-      return Error{ErrorCode::invalidFile,
-                   "what the server has is more than the " + std::to_string(maxBytes) + " bytes of an entry"};
     if (!answer) return answer.error();
     if (*answer == kNotFound || *answer == kGone) return std::optional<Bytes>();
     if (*answer != kFound) return Error{ErrorCode::io, "GET: the server answers " + std::to_string(*answer)};
@@ -99,7 +125,7 @@ class HttpStore : public Store {
   }
 
   Status put(const EntryName& name, std::span<const std::byte> bytes) override {
-    Received ignored{{}, 1u << 20};
+    Received ignored;
     Sent sent{bytes};
     const Result<long> answer = run(name, ignored, &sent);
     if (!answer) return answer.error();
@@ -119,7 +145,7 @@ class HttpStore : public Store {
   Result<long> run(const EntryName& name, Received& received, Sent* sent) {
     if (!easy_) easy_.reset(curl_easy_init());
     if (!easy_ || !multi_) return Error{ErrorCode::io, "libcurl cannot be started"};
-    CURL* const easy = easy_.get();
+    CURL* const easy = received.easy = easy_.get();
     curl_easy_reset(easy);  // connections stay
     const std::string entry = toString(name), url = url_ + folderOf(entry) + "/" + entry;
     char reason[CURL_ERROR_SIZE] = "";
@@ -147,7 +173,7 @@ class HttpStore : public Store {
 
     const CURLcode result = perform(easy);
     if (result == CURLE_ABORTED_BY_CALLBACK) return cancelledError();
-    if (received.noMemory) return Error{ErrorCode::memory, "out of memory"};
+    if (!received.refused) return received.refused.error();
     if (result != CURLE_OK) return Error{ErrorCode::io, *reason != 0 ? reason : curl_easy_strerror(result)};
     long status = 0;
     curl_easy_getinfo(easy, CURLINFO_RESPONSE_CODE, &status);

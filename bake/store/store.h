@@ -33,8 +33,10 @@ class Store {
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
 
-  // What stands under a name, as it was put; nothing where there is none. invalidFile: what stands there cannot be an
-  // entry (larger than maxBytes, a link, a folder); it may be put again. io: the store cannot be read.
+  // What stands under a name, as it was put; nothing where there is none. Of what is no entry, of one that is longer
+  // than its header says and of one that is larger than maxBytes hardly more than the header is read.
+  // invalidFile: what stands there cannot be an entry (no header of one, a link, a folder); it may be put again.
+  // memory: it is larger than maxBytes, or there is no memory for it. io: the store cannot be read.
   virtual Result<std::optional<std::vector<std::byte>>> get(const EntryName& name, std::uint64_t maxBytes) = 0;
   // Whole or not at all, over what stood there. io: the store cannot be written, or is full.
   virtual Status put(const EntryName& name, std::span<const std::byte> bytes) = 0;

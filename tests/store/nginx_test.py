@@ -171,6 +171,15 @@ class Test:
         self.same(self.server.url("lying"), "is made again: cut to 16 bytes")
         self.same(f"http://127.0.0.1:{free_port()}/", "done without")
 
+        # Entries that are far longer than their headers say, and what is no entry.
+        self.same(store, " 6 written")
+        for file in files:
+            os.truncate(file, 1 << 32)
+        self.same(store, " 6 damaged, 6 written", "it has 4294967296 bytes, by its header at most ")
+        for file in files:
+            file.write_bytes(bytes(100))
+        self.same(store, " 6 damaged, 6 written", "not an entry of a store")
+
         # Two bakes at once into an empty store.
         shutil.rmtree(self.server.folder / "files" / "store")
         failures = []
@@ -200,7 +209,8 @@ class Test:
         # A server that falls silent does not hold up Ctrl-C.
         with Silent() as silent:
             command = [self.relume, "bake", self.level, "-o", self.folder / "never.relume", "--store", silent.url]
-            waiting = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+            waiting = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                                       preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
             silent.await_connection()
             expect(waiting.poll() is None, "it waits for the server")
             waiting.send_signal(signal.SIGINT)

@@ -123,12 +123,32 @@ TEST_F(Folder, givesBackWhatWasPut) {
   const auto none = store.get(nameOf(1), 1000);
   ASSERT_TRUE(none) << none.error().message;
   EXPECT_FALSE(none->has_value());
-  ASSERT_TRUE(store.put(nameOf(1), someBytes(100)));
-  ASSERT_TRUE(store.put(nameOf(1), someBytes(200)));
+  const Bytes file = sealed(nameOf(1), someBytes(200));
+  ASSERT_TRUE(store.put(nameOf(1), sealed(nameOf(1), someBytes(100))));
+  ASSERT_TRUE(store.put(nameOf(1), file));
   const auto got = store.get(nameOf(1), 1000);
   ASSERT_TRUE(got && *got);
-  EXPECT_TRUE(**got == someBytes(200));
-  EXPECT_EQ(store.get(nameOf(1), 199).error().code, ErrorCode::invalidFile) << "larger than an entry may be";
+  EXPECT_TRUE(**got == file);
+  EXPECT_EQ(store.get(nameOf(1), file.size() - 1).error().code, ErrorCode::memory) << "larger than may be read";
+}
+
+// Files of 1 GiB that take no room: what their headers say is looked at before anything is allocated.
+TEST_F(Folder, hugeFilesThatAreNoEntriesAreNotRead) {
+  DirectoryStore store(folder_);
+  const fs::path path = pathOf(nameOf(1));
+  const Bytes whole = sealed(nameOf(1), someBytes(600));
+  Bytes zeros(100), vast = whole;
+  const std::uint64_t size = ~std::uint64_t{0};
+  std::memcpy(vast.data() + 32, &size, 8);
+  for (const Bytes& file : {zeros, whole, vast}) {
+    ASSERT_TRUE(store.put(nameOf(1), file));
+    std::error_code failed;
+    fs::resize_file(path, std::uint64_t{1} << 30, failed);
+    if (failed) GTEST_SKIP() << failed.message();
+    const auto got = store.get(nameOf(1), file == vast ? std::uint64_t{1} << 20 : kMaxEntryBytes);
+    ASSERT_FALSE(got);
+    EXPECT_EQ(got.error().code, file == vast ? ErrorCode::memory : ErrorCode::invalidFile) << got.error().message;
+  }
 }
 
 TEST_F(Folder, linksPipesAndFoldersInPlaceOfEntriesAreNotFollowed) {
@@ -158,18 +178,19 @@ TEST_F(Folder, linksPipesAndFoldersInPlaceOfEntriesAreNotFollowed) {
 
 TEST_F(Folder, whatWasUsedLongestAgoGoesFirst) {
   DirectoryStore store(folder_);
+  const std::uint64_t size = sealed(nameOf(1), someBytes(100)).size();
   for (unsigned i = 1; i <= 6; ++i) {
-    ASSERT_TRUE(store.put(nameOf(i), someBytes(100)));
+    ASSERT_TRUE(store.put(nameOf(i), sealed(nameOf(i), someBytes(100))));
     touchAt(nameOf(i), 1'000'000 + static_cast<int>(i));
   }
   // A clock that was far ahead once changes the order, and nothing else.
   touchAt(nameOf(2), 2'000'000'000);
   ASSERT_TRUE(store.get(nameOf(1), 1000));
-  auto report = collectGarbage(folder_, 350);
+  auto report = collectGarbage(folder_, 4 * size - 1);
   ASSERT_TRUE(report) << report.error().message;
   EXPECT_EQ(report->removedEntries, 3u);
   EXPECT_EQ(report->entries, 3u);
-  EXPECT_EQ(report->bytes, 300u);
+  EXPECT_EQ(report->bytes, 3 * size);
   for (const unsigned kept : {1u, 2u, 6u}) EXPECT_TRUE(fs::exists(pathOf(nameOf(kept)))) << kept;
   report = collectGarbage(folder_, 0);
   ASSERT_TRUE(report);
@@ -178,11 +199,13 @@ TEST_F(Folder, whatWasUsedLongestAgoGoesFirst) {
 
 TEST_F(Folder, collectionsTouchNothingButEntries) {
   DirectoryStore store(folder_);
-  ASSERT_TRUE(store.put(nameOf(1), someBytes(100)));
+  ASSERT_TRUE(store.put(nameOf(1), sealed(nameOf(1), someBytes(100))));
   const std::string entry = toString(nameOf(1));
   const fs::path beside = pathOf(nameOf(1)).parent_path();
   const fs::path mine[] = {folder_ / "thesis.txt", folder_ / entry, beside / "notes", beside / (entry + "0"),
-                           beside / (entry.substr(0, 31) + "G")};
+                           beside / (entry.substr(0, 31) + "G"),
+                           // As caches of others name their files, by MD5.
+                           beside / (entry.substr(0, 31) + (entry[31] == '0' ? "1" : "0"))};
   for (const fs::path& path : mine) std::ofstream(path) << "mine";
   // Of a writer that died, and of one that is at work.
   const fs::path dead = beside / (entry + ".77-0.tmp"), alive = beside / (entry + ".78-0.tmp");
@@ -194,6 +217,8 @@ TEST_F(Folder, collectionsTouchNothingButEntries) {
   ::close(writer);
   ASSERT_TRUE(report) << report.error().message;
   EXPECT_EQ(report->removedEntries, 1u);
+  EXPECT_EQ(report->entries, 0u);
+  EXPECT_EQ(report->bytes, 0u) << "of others";
   EXPECT_EQ(report->temporaries, 1u);
   for (const fs::path& path : mine) EXPECT_TRUE(fs::exists(path)) << path;
   EXPECT_TRUE(fs::exists(alive));
@@ -307,6 +332,24 @@ TEST_F(Folder, entriesBeyondTheMemoryBudgetAreMadeAgain) {
   context.maxMemory = 1u << 20;
   EXPECT_FALSE(cache.find(nameOf(1), context));
   EXPECT_NE(heard.text_.find("raise --max-memory"), std::string::npos) << heard.text_;
+}
+
+// Of an entry in a folder hardly more than the header is read: it would not fit into the budget.
+TEST_F(Folder, filesBeyondTheMemoryBudgetAreNotRead) {
+  Context context;
+  const Listener heard(context);
+  EntryCache cache(std::make_unique<DirectoryStore>(folder_), 0);
+  std::mt19937 random(1);
+  Bytes bytes(8u << 20);
+  for (std::byte& b : bytes) b = std::byte{static_cast<unsigned char>(random())};
+  cache.keep(nameOf(1), bytes, context);
+  context.maxMemory = 1u << 20;
+  EXPECT_FALSE(cache.find(nameOf(1), context));
+  EXPECT_EQ(heard.count_, 1) << heard.text_;
+  EXPECT_NE(heard.text_.find("can be read: bake without --store, or raise --max-memory"), std::string::npos)
+      << heard.text_;
+  EXPECT_EQ(cache.statistics().missing, 1u);
+  EXPECT_TRUE(cache.readable());
 }
 
 TEST(Stores, urlsThatAreNoneAreRefused) {
