@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -103,8 +105,14 @@ Result<std::vector<std::uint8_t>> readDataUri(std::string_view uri, const std::s
   return std::move(*bytes);
 }
 
+// A file beside the scene.
+struct FileInside {
+  fs::path file;                  // links followed, as it is read
+  std::vector<fs::path> asNamed;  // by the scene's own path: what the URI names, and where links lead from there
+};
+
 // The file a relative URI names, which must stay inside the folder, links followed.
-Result<fs::path> resolveInside(const std::string& uri, const fs::path& folder, const std::string& where) {
+Result<FileInside> resolveInside(const std::string& uri, const fs::path& folder, const std::string& where) {
   const std::string quoted = "'" + uri.substr(0, 200) + "'";
   const std::optional<std::string> name = percentDecode(uri);
   if (!name || name->empty() || name->find('\0') != std::string::npos) return invalid(where, "malformed URI " + quoted);
@@ -122,7 +130,10 @@ Result<fs::path> resolveInside(const std::string& uri, const fs::path& folder, c
   if (ec) return Error{ErrorCode::io, where + ": " + quoted + " not found beside the scene (" + ec.message() + ")"};
   if (std::mismatch(root.begin(), root.end(), file.begin(), file.end()).first != root.end())
     return invalid(where, "URI " + quoted + " is a link that leaves the scene's folder");
-  return file;
+  const auto asNamed = [&](const fs::path& inside) { return folder == "." ? inside : folder / inside; };
+  FileInside found{file, {asNamed(relative)}};
+  if (file != (root / relative).lexically_normal()) found.asNamed.push_back(asNamed(file.lexically_relative(root)));
+  return found;
 }
 
 }  // namespace
@@ -139,11 +150,17 @@ Result<FileSlice> readFileBytes(const fs::path& path, const std::string& where, 
   const std::string file = (path.filename() == where ? "" : where + ": ") + path.string();
   std::error_code ec;
   const fs::file_status status = fs::status(path, ec);
+  const auto unreadable = [&](const std::string& reason) {
+    return Error{ErrorCode::io, file + ": cannot be read: " + reason};
+  };
+  if (!fs::status_known(status)) return unreadable(ec.message());
   if (!fs::exists(status)) return Error{ErrorCode::io, file + ": no such file"};
   if (!fs::is_regular_file(status)) return Error{ErrorCode::io, file + ": not a regular file"};
   const std::uintmax_t size = fs::file_size(path, ec);
+  if (ec) return unreadable(ec.message());
+  errno = 0;
   std::ifstream in(path, std::ios::binary);
-  if (ec || !in) return Error{ErrorCode::io, file + ": cannot be read"};
+  if (!in) return unreadable(std::generic_category().message(errno != 0 ? errno : EIO));
   FileSlice slice;
   slice.fileBytes = size;
   const std::uint64_t end = std::min<std::uint64_t>(range.end, size);
@@ -219,10 +236,13 @@ Result<FileSlice> readUri(const std::string& uri, const fs::path& folder, const 
     const std::uint64_t size = bytes->size();
     return FileSlice{std::move(*bytes), 0, size};
   }
-  const Result<fs::path> file = resolveInside(uri, folder, where);
-  if (!file) return file.error();
-  if (filesRead.empty() || filesRead.back() != *file) filesRead.push_back(*file);
-  return readFileBytes(*file, where, range);
+  const Result<FileInside> found = resolveInside(uri, folder, where);
+  if (!found) return found.error();
+  // An image is read in two parts, one after the other.
+  const auto last = filesRead.end() - std::min(std::ssize(filesRead), std::ssize(found->asNamed));
+  if (!std::equal(last, filesRead.end(), found->asNamed.begin(), found->asNamed.end()))
+    filesRead.insert(filesRead.end(), found->asNamed.begin(), found->asNamed.end());
+  return readFileBytes(found->file, where, range);
 }
 
 }  // namespace relume

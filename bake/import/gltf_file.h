@@ -50,8 +50,10 @@ struct GltfContainer {
 // A .glb by its magic, anything else as the JSON of a .gltf. invalidFile: header or chunk lengths do not fit the file.
 Result<GltfContainer> splitContainer(std::vector<std::uint8_t> bytes, const std::string& file);
 
-// All bytes of a data URI, or the range's of a file beside the scene, which is then added to `filesRead`. invalidFile:
-// not base64, or leaves the folder (absolute, "..", a link that points out, another scheme); io: not readable.
+// All bytes of a data URI, or the range's of a file beside the scene, which is then added to `filesRead`: under
+// `folder` as the URI names it, so that a build system knows it by the name that the scene has, then what links lead to
+// from there. invalidFile: not base64, or leaves the folder (absolute, "..", a link that points out, another scheme);
+// io: not readable.
 Result<FileSlice> readUri(const std::string& uri, const std::filesystem::path& folder, const std::string& where,
                           std::vector<std::filesystem::path>& filesRead, ByteRange range = {});
 

@@ -127,6 +127,26 @@ TEST_F(StatusCli, depfileNamesSceneAndOptions) {
   }
 }
 
+// By the name that the level has: what a build system makes is known to it under no other.
+TEST_F(StatusCli, depfileNamesFilesBesideTheLevelAsTheLevel) {
+  std::string scene = readAll(room_);
+  const std::size_t begin = scene.find("\"uri\":\"data:") + 7, end = scene.find('"', begin);
+  const std::string uri = scene.substr(begin, end - begin), comma = "base64,";
+  put("encoded.txt", uri.substr(uri.find(comma) + comma.size()));
+  ASSERT_EQ(std::system(("base64 -d <'" + at("encoded.txt") + "' >'" + at("real.bin") + "'").c_str()), 0);
+  fs::create_symlink("real.bin", at("room.bin"));
+  put("linked.gltf", scene.replace(begin, end - begin, "room.bin"));
+  for (const std::string& level : {std::string("linked.gltf"), at("linked.gltf")}) {
+    const ProgramResult baked = runProgram(bakeArguments(level, "out/room.relume", {"--depfile", "room.d"}), folder_,
+                                           [&] { std::filesystem::current_path(folder_); });
+    ASSERT_EQ(baked.status, 0) << baked.err;
+    const std::string folder = level.substr(0, level.size() - std::string("linked.gltf").size());
+    const std::string first =
+        "out/room.relume: \\\n  " + level + " \\\n  " + folder + "room.bin \\\n  " + folder + "real.bin\n\n";
+    EXPECT_EQ(readAll(at("room.d")).substr(0, first.size()), first);
+  }
+}
+
 // What Make and Ninja read is the name of the file, whatever is in it: one that is touched asks for the bake. What
 // Ninja cannot read is written with a word on that, and Make reads it.
 TEST_F(StatusCli, depfilesHoldOddNames) {

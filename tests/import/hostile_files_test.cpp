@@ -123,7 +123,12 @@ TEST(HostileFiles, linksMayPointInsideTheFolderOnly) {
   fs::create_symlink("inside.bin", folder / "good.bin");
   fs::create_symlink("../secret.bin", folder / "out.bin");
   fs::create_directory_symlink("..", folder / "up");
-  EXPECT_TRUE(importWithBuffer("good.bin"));
+  const Result<Scene> linked = importWithBuffer("good.bin");
+  ASSERT_TRUE(linked) << linked.error().message;
+  // By the scene's own path: the link, and what it leads to.
+  ASSERT_EQ(linked->files.size(), 3u);
+  EXPECT_EQ(linked->files[1], linked->files[0].parent_path() / "good.bin");
+  EXPECT_EQ(linked->files[2], linked->files[0].parent_path() / "inside.bin");
   expectRefused(importWithBuffer("out.bin"), ErrorCode::invalidFile, "a link that leaves the scene's folder");
   expectRefused(importWithBuffer("up/secret.bin"), ErrorCode::invalidFile, "a link that leaves the scene's folder");
 }
