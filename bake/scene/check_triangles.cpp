@@ -15,7 +15,8 @@ bool hasTriangles(const Scene& scene, bool withDynamic) {
 
 Error noTriangle(const Scene& scene, const std::string& purpose, const std::string& kinds) {
   return {ErrorCode::failed, "scene \"" + scene.name + "\" has no triangle to " + purpose +
-                                 ": no mesh, or every node is " + kinds + " in extras.relume"};
+                                 ": no mesh has one (points and lines are left out), or every node is " + kinds +
+                                 " in extras.relume"};
 }
 
 }  // namespace

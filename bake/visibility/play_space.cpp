@@ -239,6 +239,27 @@ void report(const PlaySpace& space, const char* from, Context& context) {
                                           100.0 * (1.0 - space.seenTotal / std::max(space.total, 1e-300))));
 }
 
+// "play volume \"stage\"", "play volumes \"a\", \"b\" and 3 more"; of cameras the same.
+template <class Source>
+std::string namesOf(const std::vector<Source>& sources, const std::string& kind) {
+  constexpr std::size_t kMaxNamed = 4;
+  std::string text = kind + (sources.size() > 1 ? "s" : "");
+  for (std::size_t i = 0; i < std::min(kMaxNamed, sources.size()); ++i)
+    text += (i > 0 ? ", \"" : " \"") + sources[i].name + "\"";
+  return text + (sources.size() > kMaxNamed ? " and " + std::to_string(sources.size() - kMaxNamed) + " more" : "");
+}
+
+// Of a level whose author said where receivers are, and where there is nothing.
+void warnOfEmptySources(const StartSources& sources, Context& context) {
+  if (sources.empty()) return;
+  const bool cameras = sources.volumes.empty();
+  context.message(Severity::warning,
+                  "play space: nothing can be seen from " +
+                      (cameras ? namesOf(sources.cameras, "camera") : namesOf(sources.volumes, "play volume")) +
+                      ", so all free space of the level is taken instead, as without any; put one where receivers "
+                      "can be");
+}
+
 }  // namespace
 
 bool PlaySpace::seenAt(std::uint32_t side, const glm::vec2& barycentric) const {
@@ -276,6 +297,7 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
   if (!sources.empty()) look = lookAround(tracer, seed, sources);
   if (!(look.distance > 0.0f)) {
     from = "free space";
+    if (options.mode != PlaySpaceOptions::Mode::all) warnOfEmptySources(sources, context);
     sources.freePoints = findFreePoints(tracer, seed, context);
     if (!sources.freePoints.empty()) look = lookAround(tracer, seed, sources);
   }

@@ -182,6 +182,38 @@ TEST(PlaySpace, aCameraThatSeesNothingFallsBackToFreeSpace) {
   EXPECT_NEAR(seenOf(scene, spaceOf(tracerOf(scene), walks(100000)), 0, false), 4.0, 0.2);
 }
 
+// Where the level's author said that receivers are, and nothing can be seen, a warning says what is taken instead.
+TEST(PlaySpace, volumesAndCamerasWithoutASurfaceAreNamed) {
+  Scene scene = twoRooms();
+  scene.cameras.clear();
+  const auto warningsOf = [&](PlaySpaceOptions options) {
+    std::string warnings;
+    Context context;
+    context.onMessage = [&](Severity severity, std::string_view text) {
+      if (severity == Severity::warning) warnings += std::string(text) + "\n";
+    };
+    EXPECT_TRUE(findPlaySpace(tracerOf(scene), options, 1, context));
+    return warnings;
+  };
+  EXPECT_EQ(warningsOf(walks(1000)), "") << "a level without either";
+  scene.cameras.push_back(lookAt({0, 0, 1e6f}, {0, 0, 2e6f}));
+  scene.cameras[0].name = "eye";
+  EXPECT_NE(warningsOf(walks(1000)).find("nothing can be seen from camera \"eye\""), std::string::npos);
+  for (const char* name : {"stage", "hall", "c", "d", "e"}) {
+    glm::mat4 far(1.0f);
+    far[3] = glm::vec4(1e6f, 0.0f, 0.0f, 1.0f);
+    scene.volumes.push_back({name, far});
+  }
+  EXPECT_NE(warningsOf(walks(1000)).find(R"(play volumes "stage", "hall", "c", "d" and 1 more, so all free space)"),
+            std::string::npos);
+  PlaySpaceOptions all;
+  all.mode = PlaySpaceOptions::Mode::all;
+  EXPECT_EQ(warningsOf(all), "") << "keeps every surface";
+  scene.volumes.front().toWorld = glm::mat4(1.0f);
+  scene.volumes.front().toWorld[3] = glm::vec4(2.0f, 1.5f, 2.0f, 1.0f);
+  EXPECT_EQ(warningsOf(walks(1000)), "") << "one of them is in a room";
+}
+
 TEST(PlaySpace, allKeepsEverySide) {
   const Scene scene = twoRooms();
   PlaySpaceOptions options;
