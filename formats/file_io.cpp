@@ -223,12 +223,36 @@ void syncFolder(const fs::path& folder) {
 Status checkTarget(const fs::path& path) {
   struct stat status {};
   if (path.filename().empty()) return ioError(path, "cannot be written", EISDIR);
-  if (::stat(path.c_str(), &status) == 0) {
+  if (::stat(path.c_str(), &status) != 0) {
+    if (errno == ENAMETOOLONG) return ioError(path, "cannot be written", errno);
+  } else {
     if (S_ISDIR(status.st_mode)) return ioError(path, "cannot be written", EISDIR);
     if (!S_ISREG(status.st_mode))
       return Error{ErrorCode::io,
                    path.string() + ": is not a regular file; a file's name expected, for files are written as a whole"};
   }
+  return done();
+}
+
+Error cannotBeReplaced(const fs::path& path, int code) {
+  Error error = ioError(path, "the file that is there cannot be replaced", code);
+  error.message += "; choose another name, or move that file away";
+  return error;
+}
+
+// Whether a rename can put another file in the place of what is there: of another user in a sticky folder, immutable
+// and mounted files it cannot. Found out by removing the folder of that name, which such files refuse as they would
+// refuse to be replaced, and all others because they are no folders.
+Status checkReplaceable(const fs::path& path, const fs::path& target) {
+  struct stat status {};
+  if (::lstat(target.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) return done();
+  if (::rmdir(target.c_str()) != 0 && (errno == EPERM || errno == EACCES)) return cannotBeReplaced(path, errno);
+#ifdef STATX_ATTR_MOUNT_ROOT
+  struct statx more {};
+  if (::statx(AT_FDCWD, target.c_str(), AT_SYMLINK_NOFOLLOW, 0, &more) == 0 &&
+      (more.stx_attributes & more.stx_attributes_mask & STATX_ATTR_MOUNT_ROOT) != 0)
+    return cannotBeReplaced(path, EBUSY);
+#endif
   return done();
 }
 
@@ -315,8 +339,8 @@ Status writeFileAtomically(const fs::path& path, const std::function<bool(const 
   const int fd = temporary->file.get();
   const ByteSink sink = [&](std::span<const std::byte> bytes) { return step(writeAll(fd, bytes)); };
   errno = 0;
-  const bool written = step(body(sink)) && step(::fsync(fd) == 0) && step(temporary->renameTo(*target));
-  if (!written) return ioError(path, "cannot be written", reason);
+  if (!(step(body(sink)) && step(::fsync(fd) == 0))) return ioError(path, "cannot be written", reason);
+  if (!step(temporary->renameTo(*target))) return cannotBeReplaced(path, reason);
   syncFolder(folderOf(*target));
   return done();
 }
@@ -335,7 +359,7 @@ Status checkWritable(const fs::path& path, bool* locks) {
   const Result<Temporary> temporary = createTemporary(*target);
   if (!temporary) return temporary.error();
   if (locks != nullptr) *locks = temporary->locked;
-  return done();
+  return checkReplaceable(path, *target);
 }
 
 }  // namespace relume

@@ -50,7 +50,8 @@ Status writeFileAtomically(const std::filesystem::path& path, const std::functio
 // work. Waits a tenth of a second at most for a file system that does not respond. Not for signal handlers.
 void removeOpenTemporaries();
 
-// Whether writeFileAtomically() can work: the folder exists and can be written, the path is no folder. Also removes
+// Whether writeFileAtomically() can work: the folder exists and can be written, the path is no folder and no name too
+// long, a file there can be replaced (not another user's in a sticky folder, nor immutable or mounted). Also removes
 // stale temporaries. For commands that compute for minutes before they write. `locks`, unless null, becomes whether
 // the file system has locks (flock).
 Status checkWritable(const std::filesystem::path& path, bool* locks = nullptr);

@@ -7,6 +7,9 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/prctl.h>
+#include <unistd.h>
+
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -34,6 +37,16 @@ class CliFixture : public testing::Test {
   }
   std::string at(const std::string& name) const { return (folder_ / name).string(); }
   ProgramResult run(const std::vector<std::string>& arguments) { return runProgram(arguments, folder_); }
+
+  // As a user whom permissions stop, which root is not. Status kNotDropped: a root who cannot become one.
+  static constexpr int kNotDropped = 99;
+  ProgramResult runAsUser(const std::vector<std::string>& arguments) {
+    return runProgram(arguments, folder_, [] {
+      for (const unsigned long power : {1ul, 2ul}) {  // CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH
+        if (::prctl(PR_CAPBSET_DROP, power, 0, 0, 0) != 0 && ::geteuid() == 0) ::_exit(kNotDropped);
+      }
+    });
+  }
 
   // The smallest options that bake the room.
   std::vector<std::string> bakeArguments(const std::string& scene, const std::string& output,

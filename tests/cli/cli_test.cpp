@@ -398,6 +398,27 @@ TEST_F(Cli, ctrlCCancelsAndLeavesTheOldFileAlone) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "out"), fs::directory_iterator{}), 1);
 }
 
+// As when a terminal is closed, which sends the signal twice; not behind nohup, nor Ctrl-C behind a shell's &.
+TEST_F(Cli, aClosedTerminalCancelsUnlessThatIsIgnored) {
+  Program bake(bakeArguments(room_, {"--rays", "1048576", "--lightmap-caches", "20000"}), folder_);
+  ASSERT_TRUE(bake.waitForHandler(SIGTERM)) << "the last of the signals";
+  bake.send(SIGHUP);
+  bake.send(SIGHUP);
+  const ProgramResult result = bake.wait();
+  EXPECT_EQ(result.status, 130) << result.err;
+  EXPECT_NE(result.err.find("cancelled"), std::string::npos) << result.err;
+  EXPECT_TRUE(fs::is_empty(folder_ / "out"));
+  Program ignoring(bakeArguments(room_), folder_, [] {
+    ::signal(SIGHUP, SIG_IGN);
+    ::signal(SIGINT, SIG_IGN);
+  });
+  ASSERT_TRUE(ignoring.waitForHandler(SIGTERM));
+  ignoring.send(SIGHUP);
+  ignoring.send(SIGINT);
+  const ProgramResult whole = ignoring.wait();
+  EXPECT_EQ(whole.status, 0) << whole.err;
+}
+
 TEST_F(Cli, killedBakesLeaveTheOldFileAndTheNextRunCleansUp) {
   std::ofstream(out_) << "old";
   std::ofstream(out_ + ".4242-0.tmp") << "left by a killed run";

@@ -111,6 +111,68 @@ TEST_F(Outputs, filesOfAnotherKindAskForForce) {
   EXPECT_EQ(forced.status, 0) << forced.err;
 }
 
+// A Makefile may begin as a depfile does.
+TEST_F(Outputs, onlyWholeDepfilesAreWrittenOver) {
+  const std::string depfile = at("room.d"), options = put("my=options.json", "{\"seed\": 3}");
+  bake(room_, out_, {"--depfile", depfile, "--options", options});
+  const std::string written = readAll(depfile);
+  ASSERT_NE(written.find(room_ + ":\n"), std::string::npos) << written;
+  const std::string makefiles[] = {"out/room.relume: \\\n  room.gltf\n\tbake room.gltf\n",
+                                   "all: \\\n  room.gltf\n\nroom.gltf:\n\nclean:\n\trm -f out/room.relume\n",
+                                   "all: \\\n  room.gltf\n\nroom.gltf:\n\tmake_room\n",
+                                   "all: \\\n  a.c \\\n",
+                                   written + "clean:\n",
+                                   written + written};
+  for (const std::string& makefile : makefiles) {
+    const std::string path = put("Makefile", makefile);
+    expectRefused(bakeArguments(room_, out_, {"--depfile", path, "--options", options}), "is not a depfile");
+    EXPECT_EQ(readAll(path), makefile);
+  }
+  bake(room_, out_, {"--depfile", depfile, "--options", options});
+  EXPECT_EQ(readAll(depfile), written);
+}
+
+TEST_F(Outputs, filesThatCannotBeReadAreNamed) {
+  put("mine.relume", "a bake, perhaps");
+  fs::permissions(at("mine.relume"), fs::perms::none);
+  const ProgramResult output = runAsUser(bakeArguments(room_, at("mine.relume")));
+  fs::permissions(room_, fs::perms::none);
+  const ProgramResult level = runAsUser(bakeArguments(room_, out_));
+  if (output.status == kNotDropped) GTEST_SKIP() << "root stays root here";
+  EXPECT_EQ(output.status, 2) << output.err;
+  EXPECT_NE(output.err.find("mine.relume\": exists and cannot be read: Permission denied"), std::string::npos)
+      << output.err;
+  EXPECT_EQ(level.status, 2) << level.err;
+  EXPECT_NE(level.err.find(room_ + ": cannot be read: Permission denied"), std::string::npos) << level.err;
+}
+
+// The folder of what is up to date may be read-only; else that is found out before the bake.
+TEST_F(Outputs, whatIsUpToDateMayStandInAReadOnlyFolder) {
+  bake(room_, out_);
+  const std::vector<std::string> plan = {"bake", room_, "--plan", at("out/plan.relume"), "--preset", "draft"},
+                                 shard = {"bake", room_, "--plan", plan[3], "--shard", "1/2", "-o", at("out/1.relume")};
+  ASSERT_EQ(run(plan).status, 0);
+  ASSERT_EQ(run(shard).status, 0);
+  fs::permissions(folder_ / "out", fs::perms(0555));
+  for (const auto& command : {bakeArguments(room_, out_), plan, shard}) {
+    const ProgramResult there = runAsUser(command);
+    std::vector<std::string> forced = command;
+    forced.push_back("--force");
+    const ProgramResult again = runAsUser(forced);
+    if (there.status == kNotDropped) break;
+    EXPECT_EQ(there.status, 0) << there.err;
+    EXPECT_NE(there.out.find("up to date"), std::string::npos) << there.out;
+    EXPECT_EQ(again.status, 2) << again.err;
+    EXPECT_NE(again.err.find("ermission denied"), std::string::npos) << again.err;
+  }
+  const ProgramResult other = runAsUser(bakeArguments(room_, out_, {"--seed", "2"}));
+  fs::permissions(folder_ / "out", fs::perms(0755));
+  if (other.status == kNotDropped) GTEST_SKIP() << "root stays root here";
+  EXPECT_EQ(other.status, 2) << other.err;
+  EXPECT_NE(other.err.find("cannot create a file in its folder: Permission denied"), std::string::npos) << other.err;
+  EXPECT_EQ(other.err.find("surfels"), std::string::npos) << "found out only after work: " << other.err;
+}
+
 // Where nothing is there yet, and where a file is empty or of the kind that is made, the name still says what it is
 // not.
 TEST_F(Outputs, namesOfOtherKindsAreRefused) {

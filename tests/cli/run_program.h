@@ -52,6 +52,8 @@ class Program {
     for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
     argv.push_back(nullptr);
     if (!std::freopen(out_.c_str(), "wb", stdout) || !std::freopen(err_.c_str(), "wb", stderr)) ::_exit(126);
+    // Ignored where the tests run behind nohup or a shell's &.
+    for (const int each : {SIGINT, SIGHUP, SIGTERM}) ::signal(each, SIG_DFL);
     if (inChild) inChild();
     ::execv(RELUME_BINARY, argv.data());
     ::_exit(127);

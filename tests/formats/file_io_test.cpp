@@ -158,6 +158,30 @@ TEST_F(FileIo, foldersAndMissingFoldersAreNamed) {
   EXPECT_TRUE(names().empty());
 }
 
+// Found out before the work: names too long, and another user's file in a folder such as /tmp.
+TEST_F(FileIo, filesThatCannotBeReplacedAreToldBeforehand) {
+  const fs::path longName = folder_ / std::string(256, 'n');
+  EXPECT_EQ(checkWritable(longName).error().message, longName.string() + ": cannot be written: File name too long");
+  ASSERT_TRUE(writeText(path_, "old"));
+  EXPECT_TRUE(checkWritable(path_));
+  EXPECT_EQ(contents(path_), "old");
+  if (::geteuid() != 0) GTEST_SKIP() << "files of two users take root";
+  fs::permissions(folder_, fs::perms(01777));
+  ASSERT_EQ(::seteuid(65534), 0);
+  const Status before = checkWritable(path_), after = writeText(path_, "new");
+  EXPECT_TRUE(checkWritable(folder_ / "b.relume"));
+  ASSERT_EQ(::seteuid(0), 0);
+  for (const Status& status : {before, after}) {
+    ASSERT_FALSE(status);
+    EXPECT_EQ(status.error().code, ErrorCode::io);
+    EXPECT_EQ(status.error().message, path_.string() +
+                                          ": the file that is there cannot be replaced: Operation not permitted; "
+                                          "choose another name, or move that file away");
+  }
+  EXPECT_EQ(contents(path_), "old");
+  EXPECT_EQ(names(), std::vector<std::string>{"a.relume"});
+}
+
 TEST_F(FileIo, linksStayAndWhatTheyPointToIsWritten) {
   fs::create_directories(folder_ / "far");
   ASSERT_TRUE(writeText(folder_ / "far" / "b.relume", "old"));

@@ -9,11 +9,13 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <optional>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 namespace relume {
@@ -43,13 +45,39 @@ Identity identify(const fs::path& path) {
   return identity;
 }
 
-// As much of a file's beginning as its kind shows in.
-std::string beginning(const fs::path& path, std::size_t bytes) {
+// As much of a file's beginning as its kind shows in. io: it cannot be read.
+Result<std::string> beginning(const fs::path& path, std::size_t bytes) {
   std::string text(bytes, '\0');
+  errno = 0;
   std::ifstream file(path, std::ios::binary);
-  file.read(text.data(), static_cast<std::streamsize>(bytes));
+  if (file) file.read(text.data(), static_cast<std::streamsize>(bytes));
+  if (!file && !file.eof())
+    return Error{ErrorCode::io, quoted(path) + ": exists and cannot be read: " +
+                                    std::generic_category().message(errno != 0 ? errno : EIO)};
   text.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
   return text;
+}
+
+// Whether a whole file is what makeDepfile() (tools/cli/depfile.h) writes: one rule, "target: \" and a file a line, and
+// one without a recipe for each of these files, but for those with a "=". A Makefile may begin in the same way.
+bool isDepfile(std::string_view text) {
+  const auto nextLine = [&text] {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+    return line;
+  };
+  constexpr std::string_view kMore = " \\";
+  std::string rules;
+  std::string_view line = nextLine();
+  if (!line.ends_with(": \\") || line.find_first_of(" \t#") == 0) return false;
+  while (line.ends_with(kMore)) {
+    line = nextLine();
+    if (!line.starts_with("  ")) return false;
+    const std::string_view file = line.substr(2, line.size() - 2 - (line.ends_with(kMore) ? kMore.size() : 0));
+    if (file.empty() || file.find_first_of(" \t") == 0) return false;
+    if (file.find('=') == std::string_view::npos) rules += "\n" + std::string(file) + ":\n";
+  }
+  return text == rules;
 }
 
 bool hasMagic(std::string_view text, const ChunkFileType& type) {
@@ -82,7 +110,7 @@ bool isKind(std::string_view text, FileKind kind) {
       return text.starts_with("glTF") && text.find("\"lightmap\":{") != std::string_view::npos &&
              text.find("\"sceneHash\":\"") != std::string_view::npos;
     case FileKind::depfile:
-      return text.substr(0, text.find('\n')).ends_with(": \\");
+      return isDepfile(text);
   }
   return false;
 }
@@ -163,10 +191,14 @@ Status checkName(const OutputFile& output) {
 
 // Files that are empty hold nothing that could be lost.
 Status checkKind(const OutputFile& output) {
-  constexpr std::size_t kBeginning = 64 << 10;
+  // Of a depfile all that one can have.
+  const std::size_t most = output.kind == FileKind::depfile ? 64 << 20 : 64 << 10;
   std::error_code failed;
   const std::uintmax_t size = fs::file_size(output.path, failed);
-  if (failed || size == 0 || isKind(beginning(output.path, kBeginning), output.kind)) return done();
+  if (failed || size == 0) return done();
+  const Result<std::string> text = beginning(output.path, std::min<std::uintmax_t>(size, most));
+  if (!text) return Error{text.error().code, output.option + ": " + text.error().message};
+  if (isKind(*text, output.kind)) return done();
   return Error{ErrorCode::usage, output.option + ": " + quoted(output.path) + " exists and is not " +
                                      nameOf(output.kind) + "; choose another name, or --force to write over it"};
 }
@@ -218,6 +250,16 @@ Status checkApart(const CommandFiles& files) {
                                          " writes" + (output.path == other.path ? "" : ", " + quoted(other.path)) +
                                          "; choose another name"};
     }
+  }
+  return done();
+}
+
+Status checkKinds(const CommandFiles& files) {
+  if (const Status status = checkApart(files); !status) return status;
+  for (const OutputFile& output : files.outputs) {
+    if (const Status status = checkStandardStreams(output); !status) return status;
+    if (const Status status = checkName(output); !status) return status;
+    if (const Status status = files.force ? done() : checkKind(output); !status) return status;
   }
   return done();
 }

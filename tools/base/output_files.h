@@ -12,7 +12,7 @@
 
 namespace relume {
 
-// What a file is, by its first bytes.
+// What a file is, by its first bytes; a depfile by all of them.
 enum class FileKind {
   bake,           // the header's magic
   plan,           // the same
@@ -24,7 +24,7 @@ enum class FileKind {
   comparePage,    // HTML of `relume compare --html`: its title
   benchPage,      // Markdown of `relume bench --markdown`: its heading
   exportedLevel,  // a .glb that names the bake it belongs to (bake/export/export_level.h)
-  depfile,        // a rule of Make as makeDepfile() begins it: "target: \"
+  depfile,        // rules of Make as makeDepfile() writes them, without a recipe
 };
 
 struct OutputFile {
@@ -53,8 +53,13 @@ struct CommandFiles {
 // usage: an output that is an input or another output (links followed, by device and inode; by name where nothing is
 // there yet), one whose name ends as files of another kind do (x.png for a bake; names that end in nothing or in what
 // nobody knows say nothing), or a file of another kind without `force`; io: a folder, a device, a pipe, this process's
-// standard output, a place that cannot be written. A file system without locks is told once, as a warning.
+// standard output, a place that cannot be written, a file there that cannot be read. A file system without locks is
+// told once, as a warning.
 Status checkOutputs(const CommandFiles& files, Context& context);
+
+// All of that but whether the places can be written, for a command that may find that there is nothing to write; it
+// calls checkOutputs() before it begins.
+Status checkKinds(const CommandFiles& files);
 
 // The first half alone, for inputs that became known late.
 Status checkApart(const CommandFiles& files);

@@ -16,6 +16,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <span>
+#include <system_error>
 
 namespace relume {
 namespace {
@@ -123,6 +124,12 @@ int endUpToDate(const BakeArguments& arguments, const std::string& output, const
   if (!written) return fail(written.error());
   std::printf("%s: up to date, %s (--force makes it again)\n", printable(output).c_str(), what.c_str());
   return 0;
+}
+
+bool mayBeMade(const std::string& output, bool force) {
+  std::error_code missing;
+  return !force && std::filesystem::is_regular_file(output, missing) &&
+         std::filesystem::file_size(output, missing) > 0 && !missing;
 }
 
 std::string listChanges(const std::vector<std::string>& changes, std::size_t max) {

@@ -18,7 +18,6 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -60,14 +59,15 @@ Status writeSideFiles(const BakeArguments& arguments, const std::string& output,
 // Whether the depfile of `output` can be written, where one is asked for; a warning for what not everybody can read.
 Status checkDepfile(const BakeArguments& arguments, const std::string& output, const Scene& scene, Context& context);
 
+// Whether there is a file at the output that may be what would be made: one with a byte in it.
+bool mayBeMade(const std::string& output, bool force);
+
 // What stands at the output, where `read` takes it for what would be made; else nothing, and a message says why it is
 // made again, behind `doing`. Nothing and no message where there is no file, or one without a byte.
 template <class Read>
 auto takeExisting(const std::string& output, bool force, const std::string& doing, Context& context, const Read& read)
     -> std::optional<std::remove_cvref_t<decltype(*read())>> {
-  std::error_code missing;
-  if (force || !std::filesystem::is_regular_file(output, missing) || std::filesystem::file_size(output, missing) == 0)
-    return std::nullopt;
+  if (!mayBeMade(output, force)) return std::nullopt;
   auto existing = read();
   if (existing) return std::move(*existing);
   context.message(Severity::info, doing + ": " + existing.error().message);

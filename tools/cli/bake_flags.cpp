@@ -32,7 +32,6 @@ void addBakeFlags(CLI::App& command, BakeFlags& flags) {
         .add_option_function<std::string>(
             info.flag, [&flags, name = info.name](const std::string& text) { flags.flagged[name] = text; },
             info.comment + " [" + info.range + unit + "]")
-        ->take_last()  // a flag given twice counts as the last one
         ->option_text("[" + value + "]")
         ->group(group);
   }

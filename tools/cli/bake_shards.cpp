@@ -129,7 +129,9 @@ int runPlan(const BakeArguments& arguments) {
   Context& context = terminal.context();
   CommandFiles files = filesOf(arguments);
   files.write("--plan", arguments.plan, FileKind::plan);
-  if (const Status status = checkOutputs(files, context); !status) return fail(status.error());
+  const bool mayBeThere = mayBeMade(arguments.plan, arguments.force);
+  if (const Status status = mayBeThere ? checkKinds(files) : checkOutputs(files, context); !status)
+    return fail(status.error());
   const Result<Scene> scene = loadLevel(arguments, arguments.plan, files, MeshReport::log, context);
   if (!scene) return terminal.finish(), fail(scene.error());
 
@@ -141,6 +143,8 @@ int runPlan(const BakeArguments& arguments) {
                                            countsOf(existing->bake), secondsSince(begin), true);
     return endUpToDate(arguments, arguments.plan, &*scene, report, "a plan of " + sizesOf(*existing));
   }
+  if (const Status status = mayBeThere ? checkOutputs(files, context) : done(); !status)
+    return terminal.finish(), fail(status.error());
   const Result<BakePlan> plan = makePlan(*scene, *options, context);
   if (!plan) return terminal.finish(), fail(plan.error());
   {
@@ -175,7 +179,9 @@ int runShard(const BakeArguments& arguments) {
   CommandFiles files = filesOf(arguments);
   files.read("the plan", arguments.plan);
   files.write("-o", arguments.output, FileKind::shard);
-  if (const Status status = checkOutputs(files, context); !status) return fail(status.error());
+  const bool mayBeThere = mayBeMade(arguments.output, arguments.force);
+  if (const Status status = mayBeThere ? checkKinds(files) : checkOutputs(files, context); !status)
+    return fail(status.error());
   const std::string& rayTracer = plan->bake.provenance.rayTracer;
   const auto existing = takeExisting(arguments.output, arguments.force, "shard " + toString(*number) + " again",
                                      context, [&] { return existingShard(arguments.output, *plan, *number); });
@@ -188,6 +194,8 @@ int runShard(const BakeArguments& arguments) {
   };
   // The level is read for what a depfile names, and to trace in.
   if (existing && arguments.depfile.empty()) return upToDate(nullptr);
+  if (const Status status = mayBeThere && !existing ? checkOutputs(files, context) : done(); !status)
+    return terminal.finish(), fail(status.error());
   const Result<Scene> scene = loadLevel(arguments, arguments.output, files, MeshReport::none, context);
   if (!scene) return terminal.finish(), fail(scene.error());
   if (existing) return upToDate(&*scene);

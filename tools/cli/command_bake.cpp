@@ -115,12 +115,14 @@ int runBake(const BakeArguments& arguments) {
     return 0;
   }
 
-  if (arguments.output.empty()) return fail({ErrorCode::usage, "-o: a file's name expected, \"\" found"});
-  // Find out now, not after the bake, whether the results can be written, and over what.
+  // Find out now, not after the bake, whether the results can be written, and over what. Where a bake is there that may
+  // be up to date, the former waits: its folder may be read-only.
   Terminal terminal(arguments.terminal, planBake(*options, arguments.verify));
   Context& context = terminal.context();
   CommandFiles files = filesOf(arguments);
-  if (const Status status = checkOutputs(files, context); !status) return fail(status.error());
+  const bool mayBeThere = mayBeMade(arguments.output, arguments.force || arguments.verify);
+  if (const Status status = mayBeThere ? checkKinds(files) : checkOutputs(files, context); !status)
+    return fail(status.error());
   const Result<Scene> scene =
       loadScene(arguments.scene, context, toImportOptions(arguments.sceneOptions), MeshReport::log);
   if (!scene) return terminal.finish(), fail(scene.error());
@@ -144,6 +146,8 @@ int runBake(const BakeArguments& arguments) {
                        std::to_string(there.surfels) + " surfels, " + std::to_string(there.caches) + " caches, " +
                            std::to_string(there.links) + " links");
   }
+  if (const Status status = mayBeThere ? checkOutputs(files, context) : done(); !status)
+    return terminal.finish(), fail(status.error());
   std::string storeStats;
   const Result<Bake> baked = bakeByStore(*scene, *options, arguments.store, context, storeStats);
   if (!baked) return terminal.finish(), fail(baked.error());

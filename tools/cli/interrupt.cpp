@@ -5,6 +5,7 @@
 
 #include "formats/file_io.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/terminal.h"
 
 #include <poll.h>
 #include <semaphore.h>
@@ -32,11 +33,20 @@ sem_t* wake() {
 
 void onSignal(int number) {
   if (interrupted.exchange(true)) {
+    if (number == SIGHUP) return;  // a terminal that is closed sends it twice, by the shell and by the kernel
     ::signal(number, SIG_DFL);
     ::raise(number);
     return;
   }
   ::sem_post(wake());
+}
+
+// Unless whoever started the process had it ignored: nohup, a shell in the background.
+void handle(int number, struct sigaction& old) {
+  struct sigaction action {};
+  action.sa_handler = onSignal;
+  sigemptyset(&action.sa_mask);
+  if (::sigaction(number, nullptr, &old) == 0 && old.sa_handler != SIG_IGN) ::sigaction(number, &action, nullptr);
 }
 
 // Wait until the semaphore is posted, or for so many seconds (0 = for ever).
@@ -66,7 +76,7 @@ struct InterruptGuard::State {
   std::atomic<bool> stop{false};
   std::thread thread;
   struct sigaction oldInt {
-  }, oldTerm{};
+  }, oldTerm{}, oldHangup{};
 };
 
 InterruptGuard::InterruptGuard(Context& context, bool hasBar) : state_(std::make_unique<State>()) {
@@ -80,18 +90,17 @@ InterruptGuard::InterruptGuard(Context& context, bool hasBar) : state_(std::make
     waitForWake(kGrace);
     if (s.stop.load()) return;
     removeOpenTemporaries();
-    if (claimLastMessage()) writeToStderr(std::string(hasBar ? "\r\033[K" : "") + "relume: error: cancelled\n");
+    if (claimLastMessage()) writeToStderr(std::string(hasBar ? "\r\033[K" : "") + lastMessage("cancelled"));
     ::_exit(kCancelled);
   });
-  struct sigaction action {};
-  action.sa_handler = onSignal;
-  sigemptyset(&action.sa_mask);
-  ::sigaction(SIGINT, &action, &s.oldInt);
-  ::sigaction(SIGTERM, &action, &s.oldTerm);
+  handle(SIGINT, s.oldInt);
+  handle(SIGHUP, s.oldHangup);
+  handle(SIGTERM, s.oldTerm);
 }
 
 InterruptGuard::~InterruptGuard() {
   ::sigaction(SIGINT, &state_->oldInt, nullptr);
+  ::sigaction(SIGHUP, &state_->oldHangup, nullptr);
   ::sigaction(SIGTERM, &state_->oldTerm, nullptr);
   state_->stop = true;
   ::sem_post(wake());

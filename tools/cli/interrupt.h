@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// SIGINT and SIGTERM. A command that is asked to stop cancels its Context and ends in its own way as soon as its stage
-// notices. Some work cannot be asked: a package that decodes one image, parses one document or maps one chart, a frame
-// that the driver draws. A command that is still there after kGrace is therefore ended where it stands.
+// SIGINT, SIGTERM and SIGHUP, unless the process was started with them ignored. A command that is asked to stop cancels
+// its Context and ends in its own way as soon as its stage notices. Some work cannot be asked: a package that decodes
+// one image, parses one document or maps one chart, a frame that the driver draws. A command that is still there after
+// kGrace is therefore ended where it stands.
 #pragma once
 
 #include "relume/bake/context.h"
@@ -13,8 +14,8 @@ namespace relume {
 inline constexpr double kGrace = 0.3;  // [s] from the signal until the process is ended
 
 // For its lifetime, the first signal cancels `context`; if the guard still lives kGrace later, the temporaries of
-// unfinished writes are removed, "cancelled" is printed, and the process ends with kCancelled. A second signal ends it
-// at once. One guard at a time.
+// unfinished writes are removed, "cancelled" is printed, and the process ends with kCancelled. A second signal, but for
+// SIGHUP, ends it at once. One guard at a time.
 class InterruptGuard {
  public:
   // `hasBar`: stderr may show a progress bar, which is cleared before the message.
