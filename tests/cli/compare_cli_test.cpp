@@ -128,6 +128,43 @@ TEST_F(CompareCli, theSampleScriptOfACiBakesValidatesAndCompares) {
             0);
   EXPECT_EQ(check("third"), 7) << readAll(at("ci.txt"));
   EXPECT_NE(readAll(at("third/two_rooms.html")).find(">EXCEEDED<"), std::string::npos);
+  const std::string good = readAll(at("accepted/two_rooms.relume"));
+  EXPECT_EQ(check("accepted"), 1) << readAll(at("ci.txt"));
+  EXPECT_NE(readAll(at("ci.txt")).find("another folder than ACCEPTED"), std::string::npos) << readAll(at("ci.txt"));
+  EXPECT_EQ(readAll(at("accepted/two_rooms.relume")), good);
+  put("accepted/two_rooms.relume", "version https://git-lfs.github.com/spec/v1\n");
+  EXPECT_EQ(check("fourth"), 3) << readAll(at("ci.txt"));
+  EXPECT_NE(readAll(at("ci.txt")).find("the accepted bake " + at("accepted/two_rooms.relume")), std::string::npos)
+      << readAll(at("ci.txt"));
+  EXPECT_FALSE(fs::exists(at("fourth/two_rooms.relume"))) << "nothing broken stays, which would outlive the repair";
+}
+
+// What no receiver can be placed on is not judged by a bound, and reports without one say so.
+TEST_F(CompareCli, bakesWithoutCoordinatesLeaveTheLightMapOut) {
+  ASSERT_EQ(run({"pack", at("a.relume"), "-o", at("web.relume"), "--profile", "web"}).status, 0);
+  const std::vector<std::string> words = {"compare", at("a.relume"), at("web.relume"), "--progress", "none"};
+  const auto compare = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), words.begin(), words.end());
+    return run(more);
+  };
+  const ProgramResult bounded = compare({"--max-receiver-change", "0.5"});
+  EXPECT_EQ(bounded.status, 1) << bounded.out;
+  EXPECT_NE(bounded.err.find("--max-receiver-change: " + at("web.relume") + ": its light-map coordinates"),
+            std::string::npos)
+      << bounded.err;
+  const ProgramResult text = compare({"--html", at("web.html"), "--max-rmse", "1e6"});
+  EXPECT_EQ(text.status, 0) << text.err;
+  EXPECT_NE(text.out.find("surfaces on the light map are not compared"), std::string::npos) << text.out;
+  EXPECT_NE(readAll(at("web.html")).find("Surfaces on the light map are not compared"), std::string::npos);
+  const Json report = Json::parse(compare({"--json"}).out);
+  std::ifstream file(RELUME_SOURCE_DIR "/docs/compare.schema.json");
+  EXPECT_EQ(SchemaCheck(Json::parse(file)).check(report), std::vector<std::string>{});
+  EXPECT_EQ(report["light"]["receivers"]["lightMapLeftOut"], true);
+  ASSERT_EQ(run({"pack", at("a.relume"), "-o", at("kept.relume"), "--profile", "web", "--keep-coordinates"}).status, 0);
+  const ProgramResult kept =
+      run({"compare", at("a.relume"), at("kept.relume"), "--max-receiver-change", "1e6", "--progress", "none"});
+  EXPECT_EQ(kept.status, 0) << kept.err;
+  EXPECT_EQ(kept.out.find("are not compared:"), std::string::npos) << kept.out;
 }
 
 // The page in headless Chromium: it loads without an error and every panel is laid out, also as wide as a phone.

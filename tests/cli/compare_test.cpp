@@ -301,7 +301,7 @@ TEST(CompareReport, listsWhatOneBakeAloneHas) {
 
 TEST(ComparePage, hasEveryPanelAndNothingFromOutside) {
   Bake other = makeSmallBake();
-  editInstance(other, 1, [](BakedInstance& i) { i.node = "<script>lamp & \"co\""; });
+  editInstance(other, 1, [](BakedInstance& i) { i.node = std::string("<script>lamp & \"co\"\x1b\0", 21); });
   scaleLinks(other, 2, 4, 0.5f);
   const BakeFile a = fileOf(makeSmallBake(), "a"), b = fileOf(other, "b");
   const LightDifference light = difference(a.bake, b.bake);
@@ -312,6 +312,8 @@ TEST(ComparePage, hasEveryPanelAndNothingFromOutside) {
        {"verdict", "plan", "maps", "histograms", "receivers", "light", "baked", "sizes", "arrays", "stages"})
     EXPECT_NE(page.find("<section id=\"" + std::string(id) + "\">"), std::string::npos) << id;
   EXPECT_EQ(page.find("<script"), std::string::npos);
+  EXPECT_EQ(page.find_first_of(std::string("\x1b\0", 2)), std::string::npos) << "bytes that HTML forbids";
+  EXPECT_NE(page.find("\\x1b\\x00"), std::string::npos) << "and named";
   for (const char* outside : {"http:", "https:", "url(", "@import"})
     EXPECT_EQ(page.find(outside), std::string::npos) << outside;
   std::size_t images = 0;

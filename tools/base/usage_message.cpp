@@ -143,11 +143,21 @@ std::string expectedValue(const CLI::Option& option) {
   return many + one + "s" + allowed + " separated by commas";
 }
 
-std::string wrongValue(const CLI::Option& option) {
+// The words of a value that is wrong, as they were typed. Of an option with one value, checking stops at the wrong one.
+std::vector<std::string> wrongTexts(const CLI::Option& option, const GivenTexts& given) {
+  const auto texts = given.find(&option);
+  if (texts == given.end()) return option.results();
+  return option.get_items_expected_max() == 1 ? std::vector{texts->second.back()} : texts->second;
+}
+
+std::string wrongValue(const CLI::Option& option, const GivenTexts& given) {
   const std::string name = spellings(option).front();
   if (option.get_items_expected_max() == 0) return name + " takes no value";
+  const std::vector<std::string> texts = wrongTexts(option, given);
+  if (const std::string thing = namedThing(option); !thing.empty() && !texts.empty() && texts.back().empty())
+    return spellings(option).back() + ": a " + thing + "'s name expected, \"\" found";
   std::string found;
-  for (const std::string& text : option.results()) found += (found.empty() ? "" : ",") + text;
+  for (const std::string& text : texts) found += (found.empty() ? "" : ",") + text;
   return name + ": " + expectedValue(option) + " expected, " + (found.empty() ? "none" : "\"" + found + "\"") +
          " found";
 }
@@ -168,14 +178,14 @@ std::string closestWord(std::string_view word, const std::vector<std::string>& k
   return closest;
 }
 
-std::string usageMessage(const CLI::App& app, const CLI::ParseError& error) {
+std::string usageMessage(const CLI::App& app, const CLI::ParseError& error, const GivenTexts& given) {
   const CLI::App& command = chosen(app);
   const std::string what = error.what(), help = helpOf(app, command);
   if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) return unknownWord(app, command) + help;
   if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) return missing(app, command, what) + help;
   if (dynamic_cast<const CLI::RequiresError*>(&error) != nullptr) return replaced(what, " requires ", " needs ") + help;
   const CLI::Option* option = optionIn(what, command);
-  return (option != nullptr ? wrongValue(*option) : what) + help;
+  return (option != nullptr ? wrongValue(*option, given) : what) + help;
 }
 
 }  // namespace relume

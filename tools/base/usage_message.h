@@ -4,6 +4,7 @@
 #pragma once
 
 #include "relume/result.h"
+#include "tools/base/option_rules.h"
 
 #include <string>
 #include <string_view>
@@ -20,8 +21,9 @@ namespace relume {
 // What a command line that asks for what cannot be ends with.
 inline Error usage(std::string message) { return {ErrorCode::usage, std::move(message)}; }
 
-// One sentence for an error that parsing with `app` has thrown, which ends in where help is.
-std::string usageMessage(const CLI::App& app, const CLI::ParseError& error);
+// One sentence for an error that parsing with `app` has thrown, which ends in where help is. given: of
+// applyOptionRules().
+std::string usageMessage(const CLI::App& app, const CLI::ParseError& error, const GivenTexts& given);
 
 // The word of `known` that `word` was probably meant to be: it begins one of them, or is few edits (letters added,
 // dropped, changed, swapped) away from it; empty when none is near.

@@ -10,6 +10,7 @@
 #include "tools/base/number_check.h"
 #include "tools/base/output_files.h"
 #include "tools/base/printable.h"
+#include "tools/base/usage_message.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/reserve_bake.h"
 #include "tools/cli/terminal.h"
@@ -22,11 +23,13 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -42,10 +45,11 @@ struct CompareArguments {
   TerminalOptions terminal;
 };
 
-// Read and check whole: light is relit from every number of it.
+// Read and check whole: light is relit from every number of it. Not mapped, for a file that is cut short meanwhile
+// would end the process.
 Result<BakeFile> readChecked(const std::string& path, Context& context) {
   if (Status ok = reserveBake(context, "compare", path); !ok) return ok.error();
-  Result<Bake> bake = mapBake(path);
+  Result<Bake> bake = readBake(path);
   if (!bake) return bake.error();
   for (const Finding& finding : validateBake(*bake)) {
     if (finding.severity == FindingSeverity::error)
@@ -94,6 +98,16 @@ CommandFiles filesOf(const CompareArguments& arguments) {
   return files;
 }
 
+// What a bound on receivers judges must be there: receivers on the light map need its coordinates.
+Status checkReceivers(const CompareArguments& arguments, const Bake& a, const Bake& b) {
+  if (!std::isfinite(arguments.bounds.maxReceiverChange)) return done();
+  for (const auto& [bake, file] : {std::pair{&a, &arguments.a}, std::pair{&b, &arguments.b}}) {
+    const Status status = checkCoordinates(*bake, *file);
+    if (!status) return usage("--max-receiver-change: " + status.error().message);
+  }
+  return done();
+}
+
 // The scene to place receivers in, when one is given. B must be of it; A may be of an earlier state.
 Result<std::optional<Scene>> readScene(const CompareArguments& arguments, const Bake& a, const Bake& b,
                                        Context& context) {
@@ -135,6 +149,7 @@ int runCompare(const CompareArguments& arguments) {
     if (const Status ok = reserveMemory(context, "compare", relit, "relighting both bakes", "compare smaller bakes");
         !ok)
       return fail(ok.error());
+    if (const Status ok = checkReceivers(arguments, a->bake, b->bake); !ok) return fail(ok.error());
     Result<std::optional<Scene>> scene = readScene(arguments, a->bake, b->bake, context);
     if (!scene) return terminal.finish(), fail(scene.error());
     Result<LightDifference> light =

@@ -52,7 +52,7 @@ void addPagesCommand(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("pages", "Write manual pages, completion scripts and docs/reference");
   command->group("");
   auto arguments = std::make_shared<PagesArguments>();
-  command->add_option("FOLDER", arguments->folder, "Folder to write them into")->required();
+  command->add_option("FOLDER", arguments->folder, "Folder to write them into")->type_name("FOLDER")->required();
   command->callback([&app, arguments, &action] { action = [&app, arguments] { return runPages(app, *arguments); }; });
 }
 

@@ -52,7 +52,6 @@ Error withoutAllowStale(Error error) {
 }
 
 int runExport(const ExportArguments& arguments) {
-  if (arguments.output.empty()) return fail({ErrorCode::usage, "-o: a file's name expected, \"\" found"});
   Terminal terminal(arguments.terminal);
   Context& context = terminal.context();
   CommandFiles files;
@@ -86,8 +85,8 @@ void addExportCommand(CLI::App& app, Action& action) {
   CLI::App* command =
       app.add_subcommand("export", "Write a level with its light-map coordinates as a further TEXCOORD set");
   auto arguments = std::make_shared<ExportArguments>();
-  command->add_option("SCENE", arguments->scene, "Level, glTF 2.0 (.glb, .gltf)")->required();
-  command->add_option("BAKE", arguments->bake, "Bake of it (.relume)")->required();
+  command->add_option("SCENE", arguments->scene, "Level, glTF 2.0 (.glb, .gltf)")->type_name("FILE")->required();
+  command->add_option("BAKE", arguments->bake, "Bake of it (.relume)")->type_name("FILE")->required();
   command->add_option("-o,--output", arguments->output, "Level to write (.glb)")
       ->option_text("FILE REQUIRED")
       ->required();

@@ -28,7 +28,6 @@ struct MergeArguments {
 };
 
 int runMerge(const MergeArguments& arguments) {
-  if (arguments.output.empty()) return fail({ErrorCode::usage, "-o: a file's name expected, \"\" found"});
   const auto begin = std::chrono::steady_clock::now();
   Terminal terminal(arguments.terminal);
   Context& context = terminal.context();

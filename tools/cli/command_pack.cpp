@@ -59,7 +59,6 @@ Result<std::vector<std::byte>> pack(const PackArguments& arguments) {
 }
 
 int runPack(const PackArguments& arguments) {
-  if (arguments.output.empty()) return fail({ErrorCode::usage, "-o: a file's name expected, \"\" found"});
   if (arguments.simplify.keepCoordinates && arguments.profile != PackProfile::web)
     return fail({ErrorCode::usage, "--keep-coordinates: of --profile web alone; the others keep them"});
   Terminal terminal(arguments.maxMemory);

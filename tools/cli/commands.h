@@ -25,7 +25,7 @@ class App;
 namespace relume {
 
 inline constexpr int kDifferenceFound = 7;
-inline constexpr int kCancelled = 130;  // by Ctrl-C or SIGTERM, as shells have it
+inline constexpr int kCancelled = 130;  // by Ctrl-C, SIGTERM or SIGHUP, as shells have it
 
 // What the chosen subcommand does once all arguments are parsed; returns the exit status.
 using Action = std::function<int()>;

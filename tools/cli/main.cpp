@@ -3,10 +3,11 @@
 #include "bake/base/printed.h"
 #include "formats/chunks.h"
 #include "relume/bake/provenance.h"
-#include "tools/base/printable.h"
+#include "tools/base/option_rules.h"
 #include "tools/base/usage_message.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/interrupt.h"
+#include "tools/cli/terminal.h"
 
 #include <CLI/CLI.hpp>
 
@@ -24,13 +25,14 @@
 #include <exception>
 #include <new>
 #include <string>
+#include <system_error>
 
 namespace relume {
 
 int fail(const Error& error) {
   std::fflush(stdout);
   if (interruptedBySignal() && !claimLastMessage()) return exitCode(error.code);
-  std::fprintf(stderr, "relume: error: %s\n", printableLines(error.message).c_str());
+  std::fputs(lastMessage(error.message).c_str(), stderr);
   return exitCode(error.code);
 }
 
@@ -47,7 +49,7 @@ namespace {
     what = text.c_str();
   } catch (...) {
   }
-  std::fprintf(stderr, "relume: error: %s\n", printableLines(what).c_str());
+  std::fputs(lastMessage(what).c_str(), stderr);
   std::_Exit(exitCode(ErrorCode::failed));
 }
 
@@ -77,6 +79,18 @@ std::string versionText() {
          "\ncommit " + (*RELUME_COMMIT != 0 ? RELUME_COMMIT : "unknown: not built from a git checkout");
 }
 
+// Whether a command was asked for JSON lines on stderr, --progress json: its last message is one as well.
+bool wantsJsonLines(const CLI::App& app, const GivenTexts& given) {
+  for (const CLI::App* command : app.get_subcommands()) {
+    const CLI::Option* const option = command->get_option_no_throw("--progress");
+    if (option == nullptr || option->count() == 0) continue;
+    // Parsing may have ended before it came to this option.
+    const auto checked = given.find(option);
+    if ((checked != given.end() ? checked->second : option->results()).back() == "json") return true;
+  }
+  return false;
+}
+
 int run(int argc, char** argv) {
   CLI::App app{"Relume bakes how light travels through a level, so that a game can relight it every frame.", "relume"};
   app.set_version_flag("--version", versionText);
@@ -102,12 +116,16 @@ int run(int argc, char** argv) {
   addCompletionCommand(app, action);
   addPagesCommand(app, action);
 
+  GivenTexts given;
+  applyOptionRules(app, given);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(e);  // --help, --version
-    return fail({ErrorCode::usage, usageMessage(app, e)});
+    tellInJson(wantsJsonLines(app, given));
+    return fail({ErrorCode::usage, usageMessage(app, e, given)});
   }
+  tellInJson(wantsJsonLines(app, given));
 
   if (!action) {
     std::string names;
@@ -124,6 +142,11 @@ int run(int argc, char** argv) {
     return status == exitCode(ErrorCode::failed) && interruptedBySignal() ? kCancelled : status;
   } catch (const std::bad_alloc&) {
     return fail({ErrorCode::failed, "out of memory"});
+  } catch (const std::system_error& e) {
+    if (e.code() != std::errc::resource_unavailable_try_again) return fail({ErrorCode::failed, e.what()});
+    return fail({ErrorCode::failed,
+                 "a thread cannot be started: the system's limit is reached (ulimit -u); give fewer with --threads, or "
+                 "raise the limit"});
   } catch (const std::exception& e) {
     return fail({ErrorCode::failed, e.what()});
   }

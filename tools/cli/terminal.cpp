@@ -57,7 +57,22 @@ spdlog::level::level_enum levelOf(Severity severity) {
   return spdlog::level::err;
 }
 
+// One of the lines of --progress json.
+std::string jsonMessage(Severity severity, std::string_view text) {
+  const char* names[] = {"info", "warning", "error"};
+  const nlohmann::json line = {{"event", "message"}, {"severity", names[static_cast<int>(severity)]}, {"text", text}};
+  return jsonText(line, -1) + "\n";
+}
+
+std::atomic<bool> lastInJson{false};
+
 }  // namespace
+
+void tellInJson(bool json) { lastInJson = json; }
+
+std::string lastMessage(const std::string& text) {
+  return lastInJson ? jsonMessage(Severity::error, text) : "relume: error: " + printableLines(text) + "\n";
+}
 
 struct Terminal::State {
   Context context;
@@ -221,7 +236,7 @@ void addMemoryOption(CLI::App& command, std::uint64_t& maxMemory) {
           .add_option(
               "--max-memory", maxMemory,
               "Memory the process may hold: bytes, or with a unit (512M, 8G); what would need more is refused by name "
-              "before it is allocated. Never changes the result [>= 1M]")
+              "before it is allocated. Never changes the result [1M..17179869183G]")
           ->option_text("SIZE [three quarters of the machine's]"))
       ->check([](const std::string& text) {
         constexpr std::uint64_t kMin = 1u << 20;
@@ -229,7 +244,16 @@ void addMemoryOption(CLI::App& command, std::uint64_t& maxMemory) {
       });
 }
 
-void logMessage(Severity severity, const std::string& text) { logger()->log(levelOf(severity), printable(text)); }
+void logMessage(Severity severity, const std::string& text) {
+  constexpr std::string_view kNextLine = "\n  ";
+  std::string shown;
+  std::string_view rest = text;
+  for (std::size_t end = 0; (end = rest.find(kNextLine)) != std::string_view::npos;) {
+    shown += printable(rest.substr(0, end)) + std::string(kNextLine);
+    rest.remove_prefix(end + kNextLine.size());
+  }
+  logger()->log(levelOf(severity), shown + printable(rest));
+}
 
 Terminal::Terminal(const TerminalOptions& options, ProgressPlan plan) : state_(std::make_unique<State>()) {
   State& s = *state_;
@@ -247,10 +271,7 @@ Terminal::Terminal(const TerminalOptions& options, ProgressPlan plan) : state_(s
     const std::lock_guard lock(s.mutex);
     s.closeLine();
     if (s.style != ProgressStyle::json) return logMessage(severity, std::string(message));
-    const char* names[] = {"info", "warning", "error"};
-    const nlohmann::json line = {
-        {"event", "message"}, {"severity", names[static_cast<int>(severity)]}, {"text", message}};
-    std::fprintf(stderr, "%s\n", jsonText(line, -1).c_str());
+    std::fputs(jsonMessage(severity, message).c_str(), stderr);
   };
 
   s.guard = std::make_unique<InterruptGuard>(s.context, s.bar);

@@ -32,7 +32,7 @@ void addMemoryOption(CLI::App& command, std::uint64_t& maxMemory);
 void addProgressOption(CLI::App& command, ProgressStyle& progress);
 
 // Connects a Context to the terminal for its lifetime: progress as a bar, as lines, or as one JSON object a line, or
-// warnings and errors only; Ctrl-C (SIGINT, SIGTERM) cancels the context (interrupt.h). One at a time.
+// warnings and errors only; Ctrl-C (SIGINT, SIGTERM, SIGHUP) cancels the context (interrupt.h). One at a time.
 class Terminal {
  public:
   // With a plan, progress is told of the whole work as well.
@@ -52,7 +52,14 @@ class Terminal {
   std::unique_ptr<State> state_;
 };
 
-// A message outside of a context: "[warning] text" on stderr.
+// A message outside of a context, on stderr: "relume: warning: text". Lines that it goes on in are indented by two
+// spaces; every other line end is one of a name and is shown as \n.
 void logMessage(Severity severity, const std::string& text);
+
+// Whether the process ends its messages in JSON, as --progress json has the others; false until called.
+void tellInJson(bool json);
+
+// The line, or lines, that a command which failed ends with, with their line ends: "relume: error: text", or JSON.
+std::string lastMessage(const std::string& text);
 
 }  // namespace relume

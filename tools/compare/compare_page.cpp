@@ -3,6 +3,7 @@
 #include "tools/compare/compare_page.h"
 
 #include "bake/base/printed.h"
+#include "tools/base/printable.h"
 #include "tools/compare/compare_pictures.h"
 #include "tools/images/image_io.h"
 
@@ -41,9 +42,10 @@ svg{width:100%;height:auto;display:block}svg text{font-size:11px;fill:var(--soft
 summary{cursor:pointer;padding:4px 0;font-weight:600}
 )";
 
+// Control characters are named: what names hold does not reach the page as bytes that HTML forbids.
 std::string escaped(const std::string& text) {
   std::string out;
-  for (const char c : text) {
+  for (const char c : printable(text)) {
     switch (c) {
       case '&':
         out += "&amp;";
@@ -233,6 +235,11 @@ std::string receiversPanel(const Json& light) {
                      " parts, through each bake's own light map and grid, and " + textOf(r["air"]) +
                      " readings in the air. Not compared: " + textOf(r["partsOnlyInA"]) + " parts only in A, " +
                      textOf(r["partsOnlyInB"]) + " only in B, " + textOf(r["partsReshaped"]) + " reshaped.</p>" +
+                     (r["lightMapLeftOut"].get<bool>()
+                          ? "<p class=\"bad\">Surfaces on the light map are not compared: a bake lacks its coordinates "
+                            "(<code>relume pack --profile web</code>); compare one packed with "
+                            "<code>--keep-coordinates</code>.</p>"
+                          : "") +
                      table(rows) + "<h3>By node, under its worst lighting</h3>" + table(groups));
 }
 

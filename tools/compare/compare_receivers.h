@@ -45,7 +45,9 @@ struct Receivers {
   std::uint32_t partsMatched = 0;                    // parts with receivers
   std::uint32_t partsOnlyInA = 0, partsOnlyInB = 0;  // no part of that node and mesh in the other bake
   std::uint32_t partsReshaped = 0;                   // other geometry with another number of triangles: not compared
-  bool unmatched = false;  // fewer than half of A's parts can be compared: gone, reshaped, or not in the scene
+  bool withoutMap = false;  // a bake lacks its light map's coordinates (fit_bake.h): no receivers on parts, only at
+                            // surfels and in the air, which read the grid
+  bool unmatched = false;   // fewer than half of A's parts can be compared: gone, reshaped, or not in the scene
   static constexpr std::uint32_t kAir = 0;
 };
 

@@ -247,6 +247,7 @@ Json describeReceivers(const LightDifference& d) {
           {"partsOnlyInA", r.partsOnlyInA},
           {"partsOnlyInB", r.partsOnlyInB},
           {"partsReshaped", r.partsReshaped},
+          {"lightMapLeftOut", r.withoutMap},
           {"groups", groups}};
 }
 

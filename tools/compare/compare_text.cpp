@@ -105,6 +105,10 @@ void printReceivers(std::string& text, const Json& light) {
        reportText(r["surfaces"]).c_str(), reportText(r["partsCompared"]).c_str(), reportText(r["air"]).c_str(),
        reportText(r["partsOnlyInA"]).c_str(), reportText(r["partsOnlyInB"]).c_str(),
        reportText(r["partsReshaped"]).c_str());
+  if (r["lightMapLeftOut"].get<bool>())
+    line(text,
+         "  surfaces on the light map are not compared: a bake lacks its coordinates (relume pack --profile web); "
+         "compare one packed with --keep-coordinates");
   line(text, "  %-28s %9s %9s", "lighting", "surfaces", "air");
   for (const Json& l : light["lightings"])
     line(text, "  %-28s %8.2f%% %8.2f%%%s", reportText(l["name"]).c_str(),

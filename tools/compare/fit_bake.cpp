@@ -9,9 +9,13 @@
 
 namespace relume {
 
-Status checkCoordinates(const Bake& bake, const std::string& bakeFile) {
+bool lacksCoordinates(const Bake& bake) {
   const Lightmap& map = bake.caches.lightmap;
-  if (map.cache.empty() || map.parts.empty() || !map.cornerUv.empty()) return done();
+  return !map.cache.empty() && !map.parts.empty() && map.cornerUv.empty();
+}
+
+Status checkCoordinates(const Bake& bake, const std::string& bakeFile) {
+  if (!lacksCoordinates(bake)) return done();
   return Error{ErrorCode::usage,
                bakeFile +
                    ": its light-map coordinates were left out (relume pack --profile web): give the bake that it "

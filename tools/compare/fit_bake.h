@@ -11,8 +11,11 @@
 
 namespace relume {
 
-// usage: the bake has a light map without coordinates, as `relume pack --profile web` leaves it: nothing of it can be
-// drawn or compared without a level that has them.
+// Whether the bake has a light map without coordinates, as `relume pack --profile web` leaves it: without a level that
+// has them, nobody knows which surface reads which texel.
+bool lacksCoordinates(const Bake& bake);
+
+// usage: it does.
 Status checkCoordinates(const Bake& bake, const std::string& bakeFile);
 
 // Errors of readBake(), checkCoordinates() and checkSameScene() (staleness.h); with allowStale, a bake of another state

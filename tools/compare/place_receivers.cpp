@@ -6,6 +6,7 @@
 #include "relume/bake/provenance.h"
 #include "runtime/shared/stencil.h"
 #include "tools/compare/compare_scene.h"
+#include "tools/compare/fit_bake.h"
 
 #include <glm/geometric.hpp>
 
@@ -129,8 +130,10 @@ class Placer {
 
   Receivers run() {
     pairParts();
-    placeOnSurfaces();
+    out_.withoutMap = lacksCoordinates(a_) || lacksCoordinates(b_);
+    if (!out_.withoutMap) placeOnSurfaces();
     if (scene_ == nullptr) placeAtSurfels();
+    if (out_.withoutMap) out_.partsMatched = static_cast<std::uint32_t>(out_.groups.size()) - 1;  // nodes of surfels
     placeInAir();
     return std::move(out_);
   }

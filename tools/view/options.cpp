@@ -3,6 +3,7 @@
 #include "tools/view/options.h"
 
 #include "tools/base/number_check.h"
+#include "tools/base/option_rules.h"
 #include "tools/base/usage_message.h"
 #include "tools/pages/write_pages.h"
 #include "tools/render/exposure.h"
@@ -137,11 +138,13 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
     o.exitNow = true;
     return o;
   }
+  GivenTexts given;
+  applyOptionRules(app, given);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() != static_cast<int>(CLI::ExitCodes::Success))
-      return Error{ErrorCode::usage, usageMessage(app, e)};
+      return Error{ErrorCode::usage, usageMessage(app, e, given)};
     app.exit(e);
     o.exitNow = true;
     return o;

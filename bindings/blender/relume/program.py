@@ -44,13 +44,15 @@ class Run:
     def _take(self, line):
         try:
             event = json.loads(line)
-        except ValueError:  # errors are lines of text
+        except ValueError:  # errors of older programs, and of the system, are lines of text
             self.errors.append(line.strip().removeprefix("relume: error: "))
             return
         if event.get("event") == "progress":
             self.stage, self.overall = event["stage"], event.get("overall", event["fraction"])
         elif event.get("severity") == "warning":
             self.warnings.append(event["text"])
+        elif event.get("severity") == "error":
+            self.errors.append(event["text"])
 
     def ended(self):
         """Whether it has; then status and output are there."""
