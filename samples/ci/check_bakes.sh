@@ -6,7 +6,7 @@
 #
 #   LEVELS    folder with *.glb and *.gltf; none is no error
 #   ACCEPTED  folder with the bakes of the last release, <level>.relume; a level without one is only baked and validated
-#   OUT       folder for new bakes, reports and pages
+#   OUT       folder for new bakes, reports and pages; another one than ACCEPTED
 #
 # Environment: RELUME (the program), PRESET, MAX_RMSE, MAX_CACHE_CHANGE and MAX_RECEIVER_CHANGE (bounds of `relume
 # compare`), IGNORE.
@@ -35,6 +35,10 @@ if [ ${#found[@]} -eq 0 ]; then
 fi
 
 mkdir -p "$out"
+if [ "$out" -ef "$accepted" ]; then
+  echo "check_bakes.sh: OUT: another folder than ACCEPTED expected: new bakes would be written over the accepted ones" >&2
+  exit 1
+fi
 result=0
 declare -A seen
 for level in "${found[@]}"; do
@@ -48,8 +52,21 @@ for level in "${found[@]}"; do
   bake="$out/$name.relume"
   old="$accepted/$name.relume"
 
+  # What is no bake, such as a pointer of Git LFS, is named before anything is made of it.
+  if [ -f "$old" ]; then
+    status=0
+    "$relume" validate "$old" >"$out/$name.txt" || status=$?
+    if [ "$status" -ne 0 ]; then
+      cat "$out/$name.txt"
+      echo "check_bakes.sh: the accepted bake $old cannot be used: fetch it (git lfs pull), or accept a new one" >&2
+      exit "$status"
+    fi
+  fi
   # An accepted bake that is up to date with its scene and the options saves the work.
-  if [ -f "$old" ] && [ ! -f "$bake" ]; then cp "$old" "$bake"; fi
+  if [ -f "$old" ] && [ ! -f "$bake" ]; then
+    cp "$old" "$bake.part"
+    mv "$bake.part" "$bake"
+  fi
   "$relume" bake "$level" -o "$bake" --preset "$preset" --report "$out/$name.json" --progress plain
   "$relume" validate "$bake"
   if [ ! -f "$old" ]; then
