@@ -239,4 +239,19 @@ int indexOr(const tinygltf::Value& object, const char* name, int fallback) {
                                                                            : fallback;
 }
 
+void warnOfUnknownMembers(const GltfDocument& document, const tinygltf::Value& relume, const std::string& path,
+                          std::initializer_list<std::string_view> known, std::set<std::string>& told,
+                          Context& context) {
+  constexpr std::size_t kMostTold = 10;  // a file may have any number of them
+  std::string names;
+  for (const std::string_view name : known) names += (names.empty() ? "" : ", ") + std::string(name);
+  for (const std::string& key : relume.Keys()) {
+    if (std::find(known.begin(), known.end(), key) != known.end() || told.size() >= kMostTold) continue;
+    if (told.insert(key).second)
+      context.message(Severity::warning,
+                      document.at(path + "." + key + ": nothing is known by this name, and it is not read; " +
+                                  "known here: " + names));
+  }
+}
+
 }  // namespace relume

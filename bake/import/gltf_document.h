@@ -10,9 +10,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <set>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace relume {
@@ -64,5 +66,10 @@ inline std::string jsonPath(const char* array, int index) {
 // A member of an extension as tinygltf keeps it; `fallback` when absent. Types were checked by the schema.
 double numberOr(const tinygltf::Value& object, const char* name, double fallback);
 int indexOr(const tinygltf::Value& object, const char* name, int fallback);
+
+// Warns of members of extras.relume (at `path`) that nobody reads, as of a misspelt one. told: names that were warned
+// of before, which need no second line.
+void warnOfUnknownMembers(const GltfDocument& document, const tinygltf::Value& relume, const std::string& path,
+                          std::initializer_list<std::string_view> known, std::set<std::string>& told, Context& context);
 
 }  // namespace relume

@@ -14,6 +14,8 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
+#include <string>
 
 namespace relume {
 namespace {
@@ -38,11 +40,12 @@ class MaterialReader {
   }
 
   // extras.relume.drivable.
-  Result<bool> drivable(const tinygltf::Material& material, const std::string& where) const {
+  Result<bool> drivable(const tinygltf::Material& material, const std::string& where) {
     if (!material.extras.IsObject() || !material.extras.Has("relume")) return false;
     const tinygltf::Value& relume = material.extras.Get("relume");
     const std::string path = where + ".extras.relume";
     if (!relume.IsObject()) return document_.invalid(path, "expected an object");
+    warnOfUnknownMembers(document_, relume, path, {"drivable"}, unknownMembers_, context_);
     if (!relume.Has("drivable")) return false;
     const tinygltf::Value& drivable = relume.Get("drivable");
     const double number = numberOr(relume, "drivable", -1.0);  // Blender 3.4 writes false and true as 0 and 1
@@ -54,6 +57,7 @@ class MaterialReader {
  private:
   const GltfDocument& document_;
   Context& context_;
+  std::set<std::string> unknownMembers_;  // of extras.relume
 };
 
 struct MaterialDraft {

@@ -67,6 +67,7 @@ class NodeImporter {
   MeshImporter& meshes_;
   Scene& scene_;
   Context& context_;
+  std::set<std::string> unknownMembers_;  // of extras.relume
   std::uint64_t triangles_ = 0;
   std::map<int, std::size_t> unnamed_;  // drawn nodes without a name, numbered as they are met
   std::set<int> morphsTold_;
@@ -198,6 +199,8 @@ Status NodeImporter::readExtras(const tinygltf::Node& node, const std::string& w
   const tinygltf::Value& relume = node.extras.Get("relume");
   const std::string path = where + ".extras.relume";
   if (!relume.IsObject()) return document_.invalid(path, "expected an object");
+  warnOfUnknownMembers(document_, relume, path, {"bake", "playSpace", "texelDensity", "volume"}, unknownMembers_,
+                       context_);
   if (relume.Has("bake")) {
     const tinygltf::Value& bake = relume.Get("bake");
     const std::string mode = bake.IsString() ? bake.Get<std::string>() : "";

@@ -229,6 +229,25 @@ TEST(ImportNodes, extrasSetBakeModeDensityAndVolumes) {
   expectNear(glm::vec3(scene->volumes[0].toWorld * glm::vec4(0.5f, 0.5f, 0.5f, 1.0f)), {2, 2, 3});
 }
 
+TEST(ImportNodes, extrasThatNobodyReadsAreWarnedOfOnce) {
+  GltfBuilder b;
+  for (int i = 0; i < 3; ++i)
+    b.root["nodes"][b.quad()]["extras"]["relume"] = {{"bake", "dynamic"}, {"texelDensty", 4.0}};
+  const int material = b.material({{"extras", {{"relume", {{"drivable", true}, {"driveable", true}}}}}});
+  b.quad({{"material", material}});
+  const Result<Scene> scene = b.import();
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_EQ(scene->instances[0].mode, BakeMode::dynamic);
+  const auto said = [&](const char* text) {
+    return std::count_if(b.messages.begin(), b.messages.end(),
+                         [&](const std::string& m) { return m.find(text) != std::string::npos; });
+  };
+  EXPECT_EQ(said("extras.relume.texelDensty: nothing is known by this name"), 1);
+  EXPECT_EQ(said("known here: bake, playSpace, texelDensity, volume"), 1);
+  EXPECT_EQ(said("extras.relume.driveable: nothing is known by this name"), 1);
+  EXPECT_EQ(said("nothing is known by this name"), 2);
+}
+
 TEST(ImportNodes, bakeModeHoldsForWhatIsBelow) {
   GltfBuilder b;
   const int quad = b.quad();

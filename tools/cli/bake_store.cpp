@@ -33,19 +33,22 @@ std::string describe(const EntryCache& store) {
 }  // namespace
 
 void addStoreOptions(CLI::App& command, StoreArguments& arguments) {
-  command
-      .add_option("--store", arguments.where,
-                  "Folder or URL (a server that takes PUT and GET) where what is computed is kept for later bakes and "
-                  "looked for; never changes the result")
-      ->option_text("DIR|URL");
+  CLI::Option* const store =
+      command
+          .add_option("--store", arguments.where,
+                      "Folder or URL (a server that takes PUT and GET) where what is computed is kept for later bakes "
+                      "and looked for; never changes the result")
+          ->option_text("DIR|URL");
   takeBytes(
       command
           .add_option(
               "--store-limit", arguments.limit,
               "What a folder of --store may hold: bytes, or with a unit (512M, 8G); what was used longest ago goes "
               "first; 0 = no limit")
-          ->option_text("SIZE [16G]"));
-  command.add_flag("--store-stats", arguments.stats, "Print what --store had, and what was written to it");
+          ->option_text("SIZE [16G]")
+          ->needs(store));
+  command.add_flag("--store-stats", arguments.stats, "Print what --store had, and what was written to it")
+      ->needs(store);
 }
 
 Result<Bake> bakeByStore(const Scene& scene, const BakeOptions& options, const StoreArguments& arguments,
