@@ -34,7 +34,7 @@ struct Received {
   Bytes bytes;
   std::uint64_t most = std::numeric_limits<std::uint64_t>::max();  // by the header, once it is there
   std::uint64_t ignored = 0;
-  Status refused = done();
+  Status sound = done();  // an error: no more is taken
 };
 
 // Compare what has come, and what the server says will come, with what the header says and with what may be read. Room
@@ -64,11 +64,11 @@ Status takePart(Received& received, std::span<const std::byte> part) {
 std::size_t receive(char* data, std::size_t one, std::size_t count, void* to) {
   auto& received = *static_cast<Received*>(to);
   try {
-    received.refused = takePart(received, std::as_bytes(std::span(data, one * count)));
+    received.sound = takePart(received, std::as_bytes(std::span(data, one * count)));
   } catch (const std::bad_alloc&) {
-    received.refused = Error{ErrorCode::memory, "out of memory"};
+    received.sound = Error{ErrorCode::memory, "out of memory"};
   }
-  return received.refused ? one * count : 0;
+  return received.sound ? one * count : 0;
 }
 
 // What is left to send.
@@ -173,7 +173,7 @@ class HttpStore : public Store {
 
     const CURLcode result = perform(easy);
     if (result == CURLE_ABORTED_BY_CALLBACK) return cancelledError();
-    if (!received.refused) return received.refused.error();
+    if (!received.sound) return received.sound.error();
     if (result != CURLE_OK) return Error{ErrorCode::io, *reason != 0 ? reason : curl_easy_strerror(result)};
     long status = 0;
     curl_easy_getinfo(easy, CURLINFO_RESPONSE_CODE, &status);
