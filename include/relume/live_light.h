@@ -140,7 +140,7 @@ class LiveLight {
   // Irradiance [W/m²] by all light but the punctual lights' own, at a receiver with unit normal, from the caches around
   // it that it sees: those of the innermost volume that holds it and, within two of its cells of a face, more and more
   // of the one around it. Caches are near surfaces, those of parts that move among them: in open air, more than a cell
-  // to a cell and a half from any, light is that of the nearest ones in sight, which takes up to a tenth of a
+  // to a cell and a half from any, light is that of the nearest ones in sight, which takes up to a
   // millisecond (gl(): a shader finds none there). Finite and never negative; zero outside of a box that stays, where
   // no cache is in sight, and where position or normal is not finite. With OpenGL the first call after a frame reads
   // the caches back.

@@ -10,8 +10,7 @@
 #include <glm/vector_relational.hpp>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
+#include <bit>
 #include <vector>
 
 namespace relume {
@@ -29,44 +28,66 @@ bool isSeen(const CellSet& cells, const glm::vec3& from, const glm::vec3& cache)
               .found;
 }
 
-// Caches in sight of a place within the grid, of whose cell and neighbours none has one: those within `limit` [voxels].
-// Cells are looked at in cubes around its own, each out of the one before; what is nearer than a cube's inside is
-// known.
-std::vector<SeenCache> seenInTheOpen(const CellSet& cells, const glm::vec3& position, float& limit) {
-  constexpr float kBeyondNearest = 1.25f;
-  constexpr std::size_t kMostHidden = 1024;  // after so many that are not seen, none is: within something solid
-  std::size_t hidden = 0;
-  std::vector<SeenCache> seen;
-  const glm::ivec3 middle(glm::floor(position / static_cast<float>(kBrickSide))), last = cells.grid.cells - 1;
-  const int farthest = std::max({cells.grid.cells.x, cells.grid.cells.y, cells.grid.cells.z});
-  limit = std::numeric_limits<float>::infinity();
-  const auto look = [&](const glm::ivec3& cell) {
-    const std::uint32_t cache = cells.slot[cells.grid.cellIndex(cell)];
-    if (cache == kInactive) return;
-    const glm::vec3 at = glm::vec3(cells.voxelIn(cell, cache)) + 0.5f;
-    const float distance = std::max(glm::distance(at, position), 1.0f);
-    if (distance >= limit) return;
-    if (!isSeen(cells, position, at)) {
-      ++hidden;
-      return;
-    }
-    seen.push_back({cache, distance});
-    limit = std::min(limit, kBeyondNearest * distance);
+// Whether a cache is among those that stand for `share` as many around them: the same ones wherever they are read from.
+bool isDrawn(std::uint32_t cell, std::uint32_t share) { return (cell * 2654435769u >> 8) % share == 0; }
+
+// The caches of all cells within so many of the place's own.
+std::vector<SeenCache> cachesWithin(const CellSet& cells, const glm::vec3& position, int reach) {
+  std::vector<SeenCache> found;
+  const auto add = [&](std::uint32_t cache) {
+    if (cache != kInactive) found.push_back({cache, std::max(glm::distance(cells.positionOf(cache), position), 1.0f)});
   };
-  for (int r = 0; r <= farthest && static_cast<float>(kBrickSide * (r - 1)) < limit && hidden < kMostHidden; ++r) {
-    const glm::ivec3 low = middle - r, high = middle + r, from = glm::max(low, 0), to = glm::min(high, last);
-    for (int z = from.z; z <= to.z; ++z) {
-      for (int y = from.y; y <= to.y; ++y) {
-        const bool isFace = z == low.z || z == high.z || y == low.y || y == high.y;
-        // Of a row inside the cube its two ends alone
-        for (int x = isFace ? from.x : low.x; x <= to.x; x += isFace || r == 0 ? 1 : 2 * r) {
-          if (x >= from.x) look({x, y, z});
-        }
-      }
+  const glm::ivec3 own(position / static_cast<float>(kBrickSide)), low = glm::max(own - reach, 0),
+                                                                   high = glm::min(own + reach, cells.grid.cells - 1);
+  if (low == glm::ivec3(0) && high == cells.grid.cells - 1) {
+    for (std::uint32_t cache = 0; cache < cells.active.size(); ++cache) add(cache);
+    return found;
+  }
+  for (int z = low.z; z <= high.z; ++z) {
+    for (int y = low.y; y <= high.y; ++y) {
+      for (int x = low.x; x <= high.x; ++x) add(cells.slot[cells.grid.cellIndex({x, y, z})]);
     }
   }
-  std::erase_if(seen, [&](const SeenCache& each) { return each.distance >= limit; });
-  return seen;
+  return found;
+}
+
+// Puts the nearest one in sight first, and takes out the hidden ones before it. False where there is none, or none of
+// very many, as within something solid.
+bool findNearest(const CellSet& cells, const glm::vec3& position, std::vector<SeenCache>& caches) {
+  constexpr std::size_t kMostHidden = 128;
+  const auto isFarther = [](const SeenCache& a, const SeenCache& b) {
+    return a.distance != b.distance ? a.distance > b.distance : a.cache > b.cache;
+  };
+  std::make_heap(caches.begin(), caches.end(), isFarther);
+  for (std::size_t hidden = 0; !caches.empty() && hidden < kMostHidden; ++hidden) {
+    if (isSeen(cells, position, cells.positionOf(caches.front().cache))) return true;
+    std::pop_heap(caches.begin(), caches.end(), isFarther);
+    caches.pop_back();
+  }
+  return false;
+}
+
+// Caches in sight of a place [voxels] within 5/4 of the way to the nearest of them, which is `limit`; of many some.
+std::vector<SeenCache> seenInTheOpen(const CellSet& cells, const glm::vec3& position, float& limit) {
+  constexpr float kBeyondNearest = 1.25f;
+  constexpr int kNear = 3, kMiddle = 8;  // [cells] what is so near to surfaces needs not look at all caches
+  constexpr std::size_t kMost = 64;
+  const int farthest = std::max({cells.grid.cells.x, cells.grid.cells.y, cells.grid.cells.z});
+  for (const int reach : {kNear, kMiddle, farthest}) {
+    std::vector<SeenCache> all = cachesWithin(cells, position, reach);
+    if (!findNearest(cells, position, all)) continue;
+    const SeenCache nearest = all.front();
+    limit = kBeyondNearest * nearest.distance;
+    if (reach < farthest && limit > static_cast<float>(kBrickSide * reach)) continue;
+    std::erase_if(all, [&](const SeenCache& each) { return each.distance >= limit || each.cache == nearest.cache; });
+    const auto share = static_cast<std::uint32_t>(std::bit_ceil(all.size() / kMost + 1));
+    std::erase_if(all, [&](const SeenCache& each) {
+      return !isDrawn(cells.active[each.cache], share) || !isSeen(cells, position, cells.positionOf(each.cache));
+    });
+    all.push_back(nearest);
+    return all;
+  }
+  return {};
 }
 
 glm::vec3 irradianceInTheOpen(const VolumeCaches& caches, const glm::vec3& position, const glm::vec3& normal) {
