@@ -16,9 +16,9 @@
 namespace relume {
 namespace {
 
-struct SeenCache {
+struct CacheAt {
   std::uint32_t cache;
-  float distance;  // [voxels]
+  float distance;  // [voxels] from the receiver
 };
 
 bool isSeen(const CellSet& cells, const glm::vec3& from, const glm::vec3& cache) {
@@ -32,8 +32,8 @@ bool isSeen(const CellSet& cells, const glm::vec3& from, const glm::vec3& cache)
 bool isDrawn(std::uint32_t cell, std::uint32_t share) { return (cell * 2654435769u >> 8) % share == 0; }
 
 // The caches of all cells within so many of the place's own.
-std::vector<SeenCache> cachesWithin(const CellSet& cells, const glm::vec3& position, int reach) {
-  std::vector<SeenCache> found;
+std::vector<CacheAt> cachesWithin(const CellSet& cells, const glm::vec3& position, int reach) {
+  std::vector<CacheAt> found;
   const auto add = [&](std::uint32_t cache) {
     if (cache != kInactive) found.push_back({cache, std::max(glm::distance(cells.positionOf(cache), position), 1.0f)});
   };
@@ -53,9 +53,9 @@ std::vector<SeenCache> cachesWithin(const CellSet& cells, const glm::vec3& posit
 
 // Puts the nearest one in sight first, and takes out the hidden ones before it. False where there is none, or none of
 // very many, as within something solid.
-bool findNearest(const CellSet& cells, const glm::vec3& position, std::vector<SeenCache>& caches) {
+bool findNearest(const CellSet& cells, const glm::vec3& position, std::vector<CacheAt>& caches) {
   constexpr std::size_t kMostHidden = 128;
-  const auto isFarther = [](const SeenCache& a, const SeenCache& b) {
+  const auto isFarther = [](const CacheAt& a, const CacheAt& b) {
     return a.distance != b.distance ? a.distance > b.distance : a.cache > b.cache;
   };
   std::make_heap(caches.begin(), caches.end(), isFarther);
@@ -68,20 +68,20 @@ bool findNearest(const CellSet& cells, const glm::vec3& position, std::vector<Se
 }
 
 // Caches in sight of a place [voxels] within 5/4 of the way to the nearest of them, which is `limit`; of many some.
-std::vector<SeenCache> seenInTheOpen(const CellSet& cells, const glm::vec3& position, float& limit) {
+std::vector<CacheAt> seenInTheOpen(const CellSet& cells, const glm::vec3& position, float& limit) {
   constexpr float kBeyondNearest = 1.25f;
   constexpr int kNear = 3, kMiddle = 8;  // [cells] what is so near to surfaces needs not look at all caches
   constexpr std::size_t kMost = 64;
   const int farthest = std::max({cells.grid.cells.x, cells.grid.cells.y, cells.grid.cells.z});
   for (const int reach : {kNear, kMiddle, farthest}) {
-    std::vector<SeenCache> all = cachesWithin(cells, position, reach);
+    std::vector<CacheAt> all = cachesWithin(cells, position, reach);
     if (!findNearest(cells, position, all)) continue;
-    const SeenCache nearest = all.front();
+    const CacheAt nearest = all.front();
     limit = kBeyondNearest * nearest.distance;
     if (reach < farthest && limit > static_cast<float>(kBrickSide * reach)) continue;
-    std::erase_if(all, [&](const SeenCache& each) { return each.distance >= limit || each.cache == nearest.cache; });
+    std::erase_if(all, [&](const CacheAt& each) { return each.distance >= limit || each.cache == nearest.cache; });
     const auto share = static_cast<std::uint32_t>(std::bit_ceil(all.size() / kMost + 1));
-    std::erase_if(all, [&](const SeenCache& each) {
+    std::erase_if(all, [&](const CacheAt& each) {
       return !isDrawn(cells.active[each.cache], share) || !isSeen(cells, position, cells.positionOf(each.cache));
     });
     all.push_back(nearest);
@@ -92,15 +92,15 @@ std::vector<SeenCache> seenInTheOpen(const CellSet& cells, const glm::vec3& posi
 
 glm::vec3 irradianceInTheOpen(const VolumeCaches& caches, const glm::vec3& position, const glm::vec3& normal) {
   float limit = 0.0f;
-  const std::vector<SeenCache> seen = seenInTheOpen(*caches.cells, position, limit);
-  const auto weightOf = [&](const SeenCache& each) {
+  const std::vector<CacheAt> seen = seenInTheOpen(*caches.cells, position, limit);
+  const auto weightOf = [&](const CacheAt& each) {
     return 1.0f / (each.distance * each.distance) - 1.0f / (limit * limit);
   };
   float sum = 0.0f;
-  for (const SeenCache& each : seen) sum += weightOf(each);
+  for (const CacheAt& each : seen) sum += weightOf(each);
   if (!(sum > 0.0f)) return glm::vec3(0.0f);
   CacheSum light;
-  for (const SeenCache& each : seen) {
+  for (const CacheAt& each : seen) {
     CellStencil one;
     one.slot[0] = each.cache;
     one.weight[0] = 1.0f;

@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <optional>
 #include <string_view>
@@ -254,31 +255,37 @@ Status checkApart(const CommandFiles& files) {
   return done();
 }
 
-Status checkKinds(const CommandFiles& files) {
+namespace {
+
+// checkPlace: whether an output can be written where it is asked for, before anything is said of its name and kind.
+Status checkEach(const CommandFiles& files, const std::function<Status(const OutputFile&)>& checkPlace) {
   if (const Status status = checkApart(files); !status) return status;
   for (const OutputFile& output : files.outputs) {
     if (const Status status = checkStandardStreams(output); !status) return status;
+    if (const Status status = checkPlace(output); !status) return status;
     if (const Status status = checkName(output); !status) return status;
     if (const Status status = files.force ? done() : checkKind(output); !status) return status;
   }
   return done();
 }
 
+}  // namespace
+
+Status checkKinds(const CommandFiles& files) {
+  return checkEach(files, [](const OutputFile& /*output*/) { return done(); });
+}
+
 Status checkOutputs(const CommandFiles& files, Context& context) {
   bool warned = false;
-  if (const Status status = checkApart(files); !status) return status;
-  for (const OutputFile& output : files.outputs) {
-    if (const Status status = checkStandardStreams(output); !status) return status;
+  return checkEach(files, [&](const OutputFile& output) {
     bool locks = true;
-    if (const Status status = checkWritable(output.path, &locks); !status) return status;
-    if (const Status status = checkName(output); !status) return status;
-    if (const Status status = files.force ? done() : checkKind(output); !status) return status;
-    if (locks || std::exchange(warned, true)) continue;
-    context.message(Severity::warning, "the file system of " + quoted(output.path) +
-                                           " has no locks (flock): what killed runs leave beside it is removed "
-                                           "after a day only");
-  }
-  return done();
+    const Status status = checkWritable(output.path, &locks);
+    if (status && !locks && !std::exchange(warned, true))
+      context.message(Severity::warning, "the file system of " + quoted(output.path) +
+                                             " has no locks (flock): what killed runs leave beside it is removed "
+                                             "after a day only");
+    return status;
+  });
 }
 
 FileKind imageKind(const fs::path& path) { return lowerExtension(path) == ".exr" ? FileKind::exr : FileKind::png; }
