@@ -214,6 +214,18 @@ bool writeAll(int fd, std::span<const std::byte> bytes) {
   return true;
 }
 
+// A file that takes another's place is for the same people: its group, where this user may give it, and its mode. Where
+// the group stays another one, that has no more than everybody had.
+void keepAccess(const fs::path& replaced, const Descriptor& file) {
+  struct stat old {
+  }, mine{};
+  if (::stat(replaced.c_str(), &old) != 0 || ::fstat(file.get(), &mine) != 0) return;
+  mode_t mode = old.st_mode & (S_IRWXU | S_IRWXG | S_IRWXO);
+  if (mine.st_gid != old.st_gid && ::fchown(file.get(), static_cast<uid_t>(-1), old.st_gid) != 0)
+    mode &= S_IRWXU | S_IRWXO | ((mode & S_IRWXO) << 3);
+  ::fchmod(file.get(), mode);  // file systems without modes refuse
+}
+
 // Make the rename itself last. Not every file system can; the data is safe already.
 void syncFolder(const fs::path& folder) {
   const Descriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
@@ -339,7 +351,9 @@ Status writeFileAtomically(const fs::path& path, const std::function<bool(const 
   const int fd = temporary->file.get();
   const ByteSink sink = [&](std::span<const std::byte> bytes) { return step(writeAll(fd, bytes)); };
   errno = 0;
-  if (!(step(body(sink)) && step(::fsync(fd) == 0))) return ioError(path, "cannot be written", reason);
+  if (!step(body(sink))) return ioError(path, "cannot be written", reason);
+  keepAccess(*target, temporary->file);
+  if (!step(::fsync(fd) == 0)) return ioError(path, "cannot be written", reason);
   if (!step(temporary->renameTo(*target))) return cannotBeReplaced(path, reason);
   syncFolder(folderOf(*target));
   return done();

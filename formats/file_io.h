@@ -41,6 +41,7 @@ using ByteSink = std::function<bool(std::span<const std::byte>)>;
 // Write through `body` into a temporary beside `path`, flush it to the disk, and rename it to `path`. On failure the
 // temporary is removed and `path` is untouched. Temporaries that killed runs left for the same path are removed first;
 // where the file system has no locks, those of the last day are left alone, because a neighbour may be writing them.
+// A file that is replaced hands on its mode, and its group where this user may give it.
 // A symbolic link stays, and what it points to is written. Devices, pipes and links of /proc are refused.
 // io: names the path and the system's reason.
 Status writeFileAtomically(const std::filesystem::path& path, const std::function<bool(const ByteSink&)>& body);

@@ -4,7 +4,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include <optional>
+#include <set>
 #include <string>
+#include <vector>
 
 namespace relume {
 namespace {
@@ -46,18 +49,65 @@ bool nestsDeeperThan(std::string_view text, std::size_t limit, JsonComments comm
   return false;
 }
 
+// What is quoted of a text may be long.
+std::string shortened(const std::string& text) {
+  constexpr std::size_t kMaxText = 300;
+  return text.size() > kMaxText ? text.substr(0, kMaxText) + "..." : text;
+}
+
+// Looks for a name that stands twice in one object: the parser takes the last and drops the rest.
+class RepeatedName final : public nlohmann::json_sax<json> {
+ public:
+  const std::optional<std::string>& found() const { return found_; }
+
+  bool null() override { return true; }
+  bool boolean(bool /*value*/) override { return true; }
+  bool number_integer(number_integer_t /*value*/) override { return true; }
+  bool number_unsigned(number_unsigned_t /*value*/) override { return true; }
+  bool number_float(number_float_t /*value*/, const string_t& /*text*/) override { return true; }
+  bool string(string_t& /*value*/) override { return true; }
+  bool binary(binary_t& /*value*/) override { return true; }
+  bool start_array(std::size_t /*size*/) override { return true; }
+  bool end_array() override { return true; }
+  bool start_object(std::size_t /*size*/) override {
+    names_.emplace_back();
+    return true;
+  }
+  bool end_object() override {
+    names_.pop_back();
+    return true;
+  }
+  bool key(string_t& name) override {
+    if (names_.back().insert(name).second) return true;
+    found_ = name;
+    return false;
+  }
+  bool parse_error(std::size_t /*at*/, const std::string& /*token*/,
+                   const nlohmann::detail::exception& /*e*/) override {
+    return false;  // told by the parse that makes values
+  }
+
+ private:
+  std::vector<std::set<std::string>> names_;  // of the objects that are open
+  std::optional<std::string> found_;
+};
+
 }  // namespace
 
 Result<json> readJson(std::string_view text, JsonComments comments) {
   if (nestsDeeperThan(text, kMaxJsonDepth, comments))
     return Error{ErrorCode::invalidFile, "JSON nested more than " + std::to_string(kMaxJsonDepth) + " deep"};
   try {
+    if (comments == JsonComments::skip) {
+      RepeatedName repeated;
+      json::sax_parse(text.begin(), text.end(), &repeated, json::input_format_t::json, /*strict=*/true,
+                      /*ignore_comments=*/true);
+      if (repeated.found())
+        return Error{ErrorCode::invalidFile, shortened("twice in one object: \"" + *repeated.found()) + "\""};
+    }
     return json::parse(text.begin(), text.end(), nullptr, /*allow_exceptions=*/true, comments == JsonComments::skip);
   } catch (const json::exception& e) {
-    constexpr std::size_t kMaxText = 300;  // the parser quotes what it read last, however long
-    std::string what = std::string("not JSON: ") + e.what();
-    if (what.size() > kMaxText) what = what.substr(0, kMaxText) + "...";
-    return Error{ErrorCode::invalidFile, what};
+    return Error{ErrorCode::invalidFile, shortened(std::string("not JSON: ") + e.what())};
   }
 }
 

@@ -15,6 +15,7 @@ namespace relume {
 // [max] levels of arrays and objects.
 inline constexpr std::size_t kMaxJsonDepth = 128;
 
+// skip: for files that people write, in which a name that stands twice in one object is refused as well.
 enum class JsonComments { refuse, skip };
 
 // invalidFile: not JSON, with the position in the text; or nested deeper than kMaxJsonDepth. The message does not name

@@ -40,6 +40,17 @@ TEST(ReadJson, countsNoBracketsOfStringsAndComments) {
   EXPECT_FALSE(readJson("{} // no", JsonComments::refuse));
 }
 
+TEST(ReadJson, namesThatStandTwiceAreRefusedWherePeopleWrite) {
+  for (const char* twice : {"{\"a\": 1, /* and */ \"a\": 1}", "[{\"b\": {\"c\": 1, \"a\": {}, \"a\": 2}}]"}) {
+    const Result<nlohmann::json> json = readJson(twice, JsonComments::skip);
+    ASSERT_FALSE(json) << twice;
+    EXPECT_EQ(json.error().message, "twice in one object: \"a\"");
+  }
+  EXPECT_TRUE(readJson("{\"a\": {\"a\": [{\"a\": 1}, {\"a\": 2}]}, \"b\": {\"a\": 3}}", JsonComments::skip));
+  EXPECT_TRUE(readJson("{\"a\": 1, \"a\": 2}"));
+  EXPECT_FALSE(readJson("{\"a\": 1, ", JsonComments::skip));
+}
+
 TEST(ReadJson, saysWhereAndBriefly) {
   const Result<nlohmann::json> json = readJson("{\n  \"a\": " + std::string(100'000, 'x') + "}");
   ASSERT_FALSE(json);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // relume compare as CI meets it: exit status, JSON, and the page in a browser.
+#include "relume/bake_file.h"
 #include "tests/cli/check_schema.h"
 #include "tests/cli/cli_fixture.h"
 
@@ -29,6 +30,21 @@ TEST_F(CompareCli, sameBytesSaySoAndExitWith0) {
   EXPECT_NE(same.out.find("same bytes"), std::string::npos) << same.out;
   const ProgramResult json = run({"compare", at("a.relume"), at("copy.relume"), "--json"});
   EXPECT_TRUE(Json::parse(json.out)["same"].get<bool>());
+  EXPECT_EQ(Json::parse(json.out)["verdict"]["verdict"], "no bounds");
+  const ProgramResult bound = run({"compare", at("a.relume"), at("copy.relume"), "--json", "--max-rmse", "0"});
+  EXPECT_EQ(Json::parse(bound.out)["verdict"]["verdict"], "within bounds");
+  EXPECT_EQ(run({"compare", at("a.relume"), at("copy.relume"), "--ignore", "moon"}).status, 1);
+}
+
+TEST_F(CompareCli, ignoredNodesThatNoBakeHasAreTold) {
+  const std::string node = readBake(at("a.relume"))->instances.front().node;
+  for (const char* other : {"a.relume", "b.relume"}) {
+    const ProgramResult known = run({"compare", at("a.relume"), at(other), "--ignore", "node:" + node});
+    EXPECT_EQ(known.err.find("neither bake"), std::string::npos) << known.err;
+    const ProgramResult unknown = run({"compare", at("a.relume"), at(other), "--ignore", "node:none"});
+    EXPECT_EQ(unknown.status, 0) << unknown.err;
+    EXPECT_NE(unknown.err.find("--ignore: neither bake has a node \"none\""), std::string::npos) << unknown.err;
+  }
 }
 
 TEST_F(CompareCli, boundsDecideTheExitStatus) {

@@ -254,7 +254,7 @@ TEST(CompareReport, followsThePublishedSchemaAndTheSchemaBites) {
   bounds.maxRmse = 1e-6;
   Json report = reportDifference(a, b, difference(a.bake, b.bake), {{"sky"}}, bounds);
   EXPECT_EQ(schema.check(report), std::vector<std::string>{});
-  EXPECT_EQ(schema.check(reportSame("a", "b", 7)), std::vector<std::string>{});
+  EXPECT_EQ(schema.check(reportSame("a", "b", 7, {}, {})), std::vector<std::string>{});
   EXPECT_EQ(report["baked"]["options"][0]["name"], "seed");
   EXPECT_EQ(report["baked"]["sceneParts"][0]["text"], "node \"floor\" moved");
   EXPECT_TRUE(boundExceeded(report));
@@ -320,7 +320,7 @@ TEST(ComparePage, hasEveryPanelAndNothingFromOutside) {
   for (std::size_t at = page.find("src=\""); at != std::string::npos; at = page.find("src=\"", at + 1), ++images)
     EXPECT_EQ(page.substr(at + 5, 22), "data:image/png;base64,");
   EXPECT_EQ(images, 3 * light.lightings.size() + 1);
-  const std::string same = reportAsPage(reportSame("a", "b", 7), a, b, nullptr, {});
+  const std::string same = reportAsPage(reportSame("a", "b", 7, {}, {}), a, b, nullptr, {});
   EXPECT_NE(same.find("Same bytes"), std::string::npos);
 }
 

@@ -239,6 +239,8 @@ TEST_F(Outputs, specialFilesAreRefusedByName) {
   ASSERT_EQ(::stat(at("pipe.png").c_str(), &status), 0);
   EXPECT_TRUE(S_ISFIFO(status.st_mode)) << "the pipe was renamed over";
 
+  expectRefused(bakeArguments(room_, "-"), "-o: a file's name expected", 1);
+
   const std::string toStdout = "bake room.gltf -o /dev/stdout --preset draft";
   const ProgramResult file = shell(toStdout, ">printed.txt"), pipe = shell(toStdout, "| cat >printed.txt; exit 2");
   EXPECT_EQ(file.status, 2) << file.err;

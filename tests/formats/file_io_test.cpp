@@ -8,6 +8,7 @@
 #include <signal.h>
 #include <sys/file.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -57,6 +58,37 @@ TEST_F(FileIo, writesAndReplaces) {
   ASSERT_TRUE(writeText(path_, "new"));
   EXPECT_EQ(contents(path_), "new");
   EXPECT_EQ(names(), std::vector<std::string>{"a.relume"});
+}
+
+TEST_F(FileIo, modeAndGroupOfTheReplacedFileStay) {
+  ASSERT_TRUE(writeText(path_, "old"));
+  const auto modeOf = [](const fs::path& path) { return static_cast<unsigned>(fs::status(path).permissions()); };
+  for (const unsigned mode : {0664u, 0600u, 0444u}) {
+    fs::permissions(path_, fs::perms(mode));
+    ASSERT_TRUE(writeText(path_, std::to_string(mode)));
+    EXPECT_EQ(modeOf(path_), mode);
+    EXPECT_EQ(contents(path_), std::to_string(mode));
+  }
+  if (::geteuid() != 0) GTEST_SKIP() << "files of two groups take root";
+  struct stat status {};
+  fs::permissions(path_, fs::perms(0664));
+  ASSERT_EQ(::chown(path_.c_str(), 0, 12345), 0);
+  ASSERT_TRUE(writeText(path_, "shared"));
+  ASSERT_EQ(::stat(path_.c_str(), &status), 0);
+  EXPECT_EQ(status.st_gid, 12345u);
+  EXPECT_EQ(modeOf(path_), 0664u);
+
+  // A user who is not of the group makes the file his own: his group may do what all may.
+  fs::permissions(folder_, fs::perms(0777));
+  ASSERT_EQ(::setegid(65534), 0);
+  ASSERT_EQ(::seteuid(65534), 0);
+  const Status written = writeText(path_, "a stranger's");
+  ASSERT_EQ(::seteuid(0), 0);
+  ASSERT_EQ(::setegid(0), 0);
+  ASSERT_TRUE(written) << written.error().message;
+  ASSERT_EQ(::stat(path_.c_str(), &status), 0);
+  EXPECT_NE(status.st_gid, 12345u);
+  EXPECT_EQ(modeOf(path_), 0644u);
 }
 
 TEST_F(FileIo, failureInTheMiddleKeepsTheOldFile) {

@@ -35,7 +35,7 @@ void showReport(std::string_view text) {
   if (!json->is_object()) return;
   (void)json->flatten();
   const BakeFile none{};
-  const std::string page = reportAsPage(reportSame("a", "b", 1), none, none, nullptr, {*json, *json});
+  const std::string page = reportAsPage(reportSame("a", "b", 1, {}, {}), none, none, nullptr, {*json, *json});
   if (page.find("<script>") != std::string::npos) std::abort();
 }
 

@@ -204,8 +204,12 @@ Status checkKind(const OutputFile& output) {
                                      nameOf(output.kind) + "; choose another name, or --force to write over it"};
 }
 
-// `relume ... -o a > a`: the shell has opened the file for what is printed.
+// `relume ... -o a > a`: the shell has opened the file for what is printed. `-o -`: other programs print to it.
 Status checkStandardStreams(const OutputFile& output) {
+  if (output.path == "-")
+    return Error{ErrorCode::usage, output.option +
+                                       ": a file's name expected, for files are written as a whole and not to the "
+                                       "standard output; found \"-\" (a file of that name is \"./-\")"};
   struct stat mine {
   }, stream{};
   if (::stat(output.path.c_str(), &mine) != 0) return done();

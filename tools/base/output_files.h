@@ -51,10 +51,10 @@ struct CommandFiles {
 
 // Before any work: the files apart, each output writable and free, empty or of its own kind.
 // usage: an output that is an input or another output (links followed, by device and inode; by name where nothing is
-// there yet), one whose name ends as files of another kind do (x.png for a bake; names that end in nothing or in what
-// nobody knows say nothing), or a file of another kind without `force`; io: a folder, a device, a pipe, this process's
-// standard output, a place that cannot be written, a file there that cannot be read. A file system without locks is
-// told once, as a warning.
+// there yet), "-", one whose name ends as files of another kind do (x.png for a bake; names that end in nothing or in
+// what nobody knows say nothing), or a file of another kind without `force`; io: a folder, a device, a pipe, this
+// process's standard output, a place that cannot be written, a file there that cannot be read. A file system without
+// locks is told once, as a warning.
 Status checkOutputs(const CommandFiles& files, Context& context);
 
 // All of that but whether the places can be written, for a command that may find that there is nothing to write; it

@@ -141,8 +141,9 @@ int runCompare(const CompareArguments& arguments) {
   Json report;
   std::optional<LightDifference> difference;
   if (sameBytes(*a, *b)) {
-    const ChunkInfo& last = a->chunks.back();
-    report = reportSame(arguments.a, arguments.b, last.offset + last.bytes);
+    if (const Status ok = checkIgnore(arguments.ignore, a->bake, b->bake, context); !ok)
+      return terminal.finish(), fail(ok.error());
+    report = reportSame(arguments.a, arguments.b, sizeOf(*a), arguments.ignore, arguments.bounds);
   } else {
     // Each bake once more, as its relighter holds it.
     const double relit = static_cast<double>(sizeOf(*a)) + static_cast<double>(sizeOf(*b));

@@ -199,13 +199,20 @@ LightingDifference compareLighting(const Lighting& lighting, const Bake& bakeA, 
   return d;
 }
 
+bool hasNode(const Bake& bake, const std::string& name) {
+  return std::any_of(bake.instances.begin(), bake.instances.end(),
+                     [&](const BakedInstance& instance) { return instance.node == name; });
+}
+
 // Split --ignore into lightings, of which every name must mean something, and nodes, which other levels may have.
-Status applyIgnore(const LightIgnore& ignore, const std::vector<Lighting>& lightings, std::vector<bool>& lightingOff,
-                   std::vector<std::string>& nodes) {
+Status applyIgnore(const LightIgnore& ignore, const Bake& a, const Bake& b, const std::vector<Lighting>& lightings,
+                   std::vector<bool>& lightingOff, std::vector<std::string>& nodes, Context& context) {
   lightingOff.assign(lightings.size(), false);
   for (const std::string& name : ignore.names) {
     if (name.starts_with("node:")) {
       nodes.push_back(name.substr(5));
+      if (!hasNode(a, nodes.back()) && !hasNode(b, nodes.back()))
+        context.message(Severity::warning, "--ignore: neither bake has a node \"" + nodes.back() + "\"");
       continue;
     }
     bool found = name == "sky" || name == "suns" || name == "points" || name == "emitters";
@@ -291,13 +298,20 @@ void keepWorstReceivers(const LightingDifference& lighting, LightDifference& d) 
 
 }  // namespace
 
+Status checkIgnore(const LightIgnore& ignore, const Bake& a, const Bake& b, Context& context) {
+  std::vector<bool> lightingOff;
+  std::vector<std::string> nodes;
+  return applyIgnore(ignore, a, b, makeLightings(a, b), lightingOff, nodes, context);
+}
+
 Result<LightDifference> compareLight(const Bake& a, const Bake& b, const Scene* scene, const LightIgnore& ignore,
                                      Context& context) {
   LightDifference d;
   const std::vector<Lighting> lightings = makeLightings(a, b);
   std::vector<bool> off;
   std::vector<std::string> ignoredNodes;
-  if (const Status status = applyIgnore(ignore, lightings, off, ignoredNodes); !status) return status.error();
+  if (const Status status = applyIgnore(ignore, a, b, lightings, off, ignoredNodes, context); !status)
+    return status.error();
 
   // Match caches by place
   d.match = matchCaches(a, b);

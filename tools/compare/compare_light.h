@@ -77,8 +77,12 @@ struct LightIgnore {
   std::vector<std::string> names;
 };
 
-// Relight both. `scene` may be null (compare_receivers.h). Errors of Relighter::create(); usage: an ignored lighting
-// that there is not; failed when cancelled.
+// usage: an ignored lighting that there is not. Of a node that neither bake has a warning is all, for a CI's list may
+// be of many levels.
+Status checkIgnore(const LightIgnore& ignore, const Bake& a, const Bake& b, Context& context);
+
+// Relight both. `scene` may be null (compare_receivers.h). Errors of Relighter::create(); those of
+// checkIgnore(); failed when cancelled.
 Result<LightDifference> compareLight(const Bake& a, const Bake& b, const Scene* scene, const LightIgnore& ignore,
                                      Context& context);
 

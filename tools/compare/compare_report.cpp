@@ -308,11 +308,13 @@ Json judge(const LightDifference& light, const LightIgnore& ignore, const Compar
 
 }  // namespace
 
-Json reportSame(const std::string& a, const std::string& b, std::uint64_t bytes) {
+Json reportSame(const std::string& a, const std::string& b, std::uint64_t bytes, const LightIgnore& ignore,
+                const CompareBounds& bounds) {
   return {{"schema", "relume-compare/2"},
           {"same", true},
           {"a", {{"file", a}, {"bytes", bytes}}},
-          {"b", {{"file", b}, {"bytes", bytes}}}};
+          {"b", {{"file", b}, {"bytes", bytes}}},
+          {"verdict", judge(LightDifference(), ignore, bounds)}};
 }
 
 Json reportDifference(const BakeFile& a, const BakeFile& b, const LightDifference& light, const LightIgnore& ignore,
@@ -333,8 +335,6 @@ Json reportDifference(const BakeFile& a, const BakeFile& b, const LightDifferenc
           {"verdict", judge(light, ignore, bounds)}};
 }
 
-bool boundExceeded(const Json& report) {
-  return report.contains("verdict") && report["verdict"]["verdict"] == "exceeded";
-}
+bool boundExceeded(const Json& report) { return report["verdict"]["verdict"] == "exceeded"; }
 
 }  // namespace relume

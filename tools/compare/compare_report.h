@@ -28,7 +28,8 @@ struct CompareBounds {
 };
 
 // The report of two files with the same bytes.
-nlohmann::json reportSame(const std::string& a, const std::string& b, std::uint64_t bytes);
+nlohmann::json reportSame(const std::string& a, const std::string& b, std::uint64_t bytes, const LightIgnore& ignore,
+                          const CompareBounds& bounds);
 
 // The report of two that differ.
 nlohmann::json reportDifference(const BakeFile& a, const BakeFile& b, const LightDifference& light,
