@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """RELUME_BUNDLE=PATH puts that librelume into the wheel, which is then one of this platform; without it the wheel is for
 any, and the library is the one that the loader finds. Licences come from the sources around this folder."""
+import glob
 import os
 import shutil
 
@@ -20,6 +21,8 @@ class BuildWithLibrary(build_py):
         for name in LICENCES:
             if os.path.exists(os.path.join(SOURCES, name)):
                 shutil.copy(os.path.join(SOURCES, name), package)
+        for older in glob.glob(os.path.join(package, '*relume.*')):  # of another build in this folder
+            os.remove(older)
         if BUNDLE:
             shutil.copyfile(BUNDLE, os.path.join(package, os.path.basename(os.path.realpath(BUNDLE))))
 

@@ -1,9 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""bindings/python against librelume, without a bake: light of two rooms whose wall is taken away, and how an edit is blended.
+"""bindings/python against librelume, without a bake: light of two rooms whose wall is taken away, how an edit is blended, and what
+signals, threads and forks do to frames.
 
     live_test.py      with RELUME_LIBRARY and PYTHONPATH in the environment
 """
+import gc
+import os
+import random
+import signal
+import threading
+import time
 import unittest
 
 import numpy
@@ -118,6 +125,9 @@ class Live(unittest.TestCase):
         for text, call in (('meshes.0..triangles', lambda: relume.LiveLight(SURFACES, [relume.Mesh([UP], [0])], [relume.Part(0)])),
                            ('whole numbers', lambda: relume.LiveLight(SURFACES, [relume.Mesh([UP], [(0, 0, -1)])], [relume.Part(0)])),
                            ('surfaces', lambda: relume.LiveLight(SURFACES, [relume.Mesh([UP], [(0, 0, 0)], [0, 0])], [])),
+                           ('parts: a whole number', lambda: light.edit({2 ** 32: None})),
+                           (r'parts\[0\].mesh: a whole', lambda: rooms(parts=[-1])),
+                           ('ray_set: a whole number', lambda: light.update(ray_set=2 ** 32)),
                            ('matrix', lambda: light.edit({1: numpy.eye(3)})), ('sky_map', lambda: light.update(sky_map=[UP])),
                            ('positions', lambda: light.irradiance(UP, UP))):
             with self.assertRaisesRegex(ValueError, text):
@@ -174,6 +184,163 @@ class Edits(unittest.TestCase):
                            ('one length', lambda: self.blend.irradiance([(0, 0)], [UP], [UP, UP], [UP]))):
             with self.assertRaisesRegex(ValueError, text):
                 call()
+
+
+class Stop(Exception):
+    """What the handlers below raise."""
+
+
+def stop(number, _):
+    raise Stop(number)
+
+
+class SharesWithSignals:
+    """Shares of 1, as numpy reads them in the library's callback, outside of the host's function; signals come meanwhile."""
+
+    def __init__(self, count, *numbers):
+        self.count, self.numbers = count, numbers
+
+    def __array__(self, *_, **__):
+        for number in self.numbers:
+            signal.raise_signal(number)
+        return numpy.ones(self.count)
+
+
+class Signals(unittest.TestCase):
+    POINTS, NORMALS = numpy.float32([(1, 0, 1), (2, 0, 3)]), numpy.float32([UP, UP])
+
+    def setUp(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self.addCleanup(signal.signal, number, signal.signal(number, stop))
+
+    def read(self, light):
+        return light.irradiance(self.POINTS, self.NORMALS).tolist()
+
+    def reference(self):
+        light = rooms()
+        light.update([LAMP])
+        return self.read(light)
+
+    def handlers(self):
+        return signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
+
+    def test_signals_wait_for_the_frame(self):
+        light = rooms()
+        with self.assertRaises(Stop):
+            light.update([LAMP], lambda _, p, n: SharesWithSignals(len(p), signal.SIGTERM))
+        self.assertEqual(self.read(light), self.reference())
+        self.assertEqual(self.handlers(), (stop, stop))
+
+    def test_handlers_of_all_that_came_run_once(self):
+        ran = []
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda number, _: ran.append(number) or stop(number, None))
+        with self.assertRaises(Stop):
+            rooms().update([LAMP], lambda _, p, n: SharesWithSignals(len(p), signal.SIGINT, signal.SIGTERM))
+        self.assertEqual(sorted(ran), [signal.SIGINT, signal.SIGTERM])
+
+    def test_visibility_is_interrupted_at_once(self):
+        asked = []
+
+        def visible(light, positions, normals):
+            asked.append(light)
+            signal.raise_signal(signal.SIGINT)
+            self.fail('it goes on')
+
+        with self.assertRaises(Stop):
+            rooms().update([LAMP], visible)
+        self.assertEqual(len(asked), 1)
+        self.assertEqual(self.handlers(), (stop, stop))
+
+    def test_frames_within_frames(self):
+        inner, outer, ended = rooms(), rooms(), []
+
+        def visible(light, positions, normals):
+            try:
+                inner.update([LAMP], lambda _, p, n: SharesWithSignals(len(p), signal.SIGINT))
+            finally:
+                ended.append(self.read(inner))
+
+        with self.assertRaises(Stop):
+            outer.update([LAMP], visible)
+        self.assertEqual(ended, [self.reference()])
+        self.assertEqual(self.handlers(), (stop, stop))
+
+    def test_what_python_does_not_handle_stays(self):
+        found = []
+
+        def visible(light, positions, normals):
+            found[:] = self.handlers()
+            return numpy.ones(len(positions))
+
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        rooms().update([LAMP], visible)
+        self.assertEqual(found, [signal.SIG_IGN, signal.SIG_DFL])
+
+    def test_a_handler_set_by_visibility_stays(self):
+        def visible(light, positions, normals):
+            signal.signal(signal.SIGTERM, signal.SIG_IGN)
+            return numpy.ones(len(positions))
+
+        rooms().update([LAMP], visible)
+        self.assertEqual(self.handlers(), (stop, signal.SIG_IGN))
+
+    def test_frames_of_other_threads(self):
+        found = []
+
+        def frame():
+            light = rooms()
+            light.update([LAMP], lambda _, p, n: numpy.ones(len(p)))
+            found.append(self.read(light))
+
+        thread = threading.Thread(target=frame)
+        thread.start()
+        thread.join()
+        self.assertEqual(found, [self.reference()])
+
+    def test_no_signal_of_many_is_lost(self):
+        """Where the library calls back is not known from here: at random moments."""
+        for threads, rounds, visibility in ((1, 20, lambda _, p, n: numpy.ones(len(p))), (2, 200, None)):
+            light = rooms(threads=threads, cells=8, rays_per_cell=8)
+            begin = time.perf_counter()
+            light.update([LAMP], visibility, ray_set=0)
+            length, moment, reference = time.perf_counter() - begin, random.Random(1), self.read(light)
+            for _ in range(rounds):
+                sender = threading.Thread(target=lambda: (time.sleep(length * moment.random()), signal.raise_signal(signal.SIGINT)))
+                light.reset()
+                with self.assertRaises(Stop):
+                    sender.start()
+                    light.update([LAMP], visibility, ray_set=0)
+                    self.assertEqual(self.read(light), reference)  # it comes later
+                    sender.join()
+                sender.join()
+
+
+class Threads(unittest.TestCase):
+    def test_they_end_with_the_light(self):
+        before = set(threading.enumerate())
+        gc.disable()
+        self.addCleanup(gc.enable)
+        light = rooms(threads=2)
+        light.update([LAMP], lambda _, p, n: numpy.ones(len(p)))
+        workers = set(threading.enumerate()) - before
+        self.assertTrue(workers)
+        light.close()
+        for worker in workers:
+            worker.join(60)
+            self.assertFalse(worker.is_alive())
+
+    @unittest.skipUnless(hasattr(os, 'fork'), 'there are no forks')
+    def test_a_fork_has_its_own(self):
+        light = rooms(threads=2)
+        light.update([LAMP])
+        child = os.fork()
+        if child == 0:
+            signal.alarm(60)  # else it would wait for ever for threads of its parent
+            light.update([LAMP])
+            os._exit(0)
+        self.assertEqual(os.waitpid(child, 0)[1], 0)
 
 
 if __name__ == '__main__':

@@ -6,10 +6,14 @@ a wheel with the library inside; examples_test.py runs the examples, live_test.p
     relume_test.py RELUME LEVEL HEADERS      with RELUME_LIBRARY and PYTHONPATH in the environment
 """
 import _thread
+import copy
 import ctypes
 import glob
+import json
 import os
+import pickle
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -29,6 +33,24 @@ PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(relume.__file__)))
 SUN = relume.Light.directional((0, -1, 0), (9, 8, 7))
 UP = (0.0, 1.0, 0.0)
 SIZES = ('--preset', 'draft', '--surfels', '1024', '--lightmap-caches', '200', '--sky-patches', '16', '--progress', 'none')
+
+
+def bake_with_two_screens():
+    """The level, in which floor and lattice, those with texture coordinates, are of materials named 'screen' that emit."""
+    with open(LEVEL, 'rb') as file:
+        data = file.read()
+    length, = struct.unpack_from('<I', data, 12)
+    document, rest = json.loads(data[20:20 + length]), data[20 + length:]
+    for material in document['materials']:
+        if material['name'] in ('parquet', 'lattice'):
+            material.update(name='screen', emissiveFactor=[1, 1, 1])
+    text = json.dumps(document).encode()
+    text += b' ' * (-len(text) % 4)
+    level, bake = (os.path.join(WORK.name, 'screens' + ending) for ending in ('.glb', '.relume'))
+    with open(level, 'wb') as file:
+        file.write(data[:8] + struct.pack('<III', 20 + len(text) + len(rest), len(text), 0x4E4F534A) + text + rest)
+    subprocess.run([RELUME, 'bake', level, '-o', bake, *SIZES], check=True, stdout=subprocess.DEVNULL)
+    return bake
 
 
 class Light(unittest.TestCase):
@@ -58,7 +80,9 @@ class Light(unittest.TestCase):
                 self.relighter.relight([SUN], sky_radiance=(1, 2, 3))
                 relighter.relight([SUN], sky_radiance=(1, 2, 3))
             numpy.testing.assert_array_equal(self.read(relighter), self.read())
-        relighter.relight([SUN])  # closing a bake leaves its relighters as they are
+        relighter.relight([SUN], materials={name: 0 for name in self.bake.drivable_materials()})  # a closed bake's relighters stay
+        with self.assertRaisesRegex(ValueError, 'this Bake is closed'):
+            relighter.inherit(self.relighter)
 
     def test_an_interrupt_waits_for_the_threads(self):
         bake = relume.Bake(BAKE, threads=2)
@@ -243,8 +267,20 @@ class Light(unittest.TestCase):
         for name in names[:1]:
             self.relighter.relight(materials={name: (3, 0, 0)}, bounce_scale=0, emission_scale=0)
             self.assertGreater(self.read()[:, 0].max(), 0)
-            with self.assertRaisesRegex(ValueError, 'was declared'):
+            with self.assertRaisesRegex(ValueError, r'declare its image in Relighter\(images=\), \(2, 2, 3\) found'):
                 self.relighter.relight(materials={name: numpy.ones((2, 2, 3))})
+
+    def test_materials_of_one_name_are_driven_together(self):
+        bake = relume.Bake(bake_with_two_screens())
+        self.assertEqual(bake.drivable_materials(), ['panel', 'screen', 'screen'])
+        relighter = relume.Relighter(bake, images={'screen': (2, 4)})
+        dark = numpy.zeros((2, 4, 3))
+        for value, lit in ((1, True), (0, False), (dark, True), (dark + 1, True)):  # the image goes to the first alone
+            relighter.reset()
+            relighter.relight(materials={'panel': 0, 'screen': value}, bounce_scale=0)
+            self.assertEqual(bool(relighter.irradiance_map()[..., :3].any()), lit)
+        with self.assertRaisesRegex(ValueError, r'an image of shape \(2, 4, 3\) was declared, \(4, 2, 3\) found'):
+            relighter.relight(materials={'screen': numpy.ones((4, 2, 3))})
 
 
 class Moving(unittest.TestCase):
@@ -306,8 +342,11 @@ class BadInput(unittest.TestCase):
             with self.assertRaises(relume.RelumeError) as caught:
                 relume.Bake(data)
             self.assertEqual(caught.exception.status, 3)
-        with self.assertRaises(ValueError):
-            relume.Bake(BAKE, threads=0)
+        with self.assertRaisesRegex(relume.RelumeError, r'/no/\\xff.relume'):
+            relume.Bake(os.fsdecode(b'/no/\xff.relume'))
+        for threads in (0, 2.0):
+            with self.assertRaises(ValueError):
+                relume.Bake(BAKE, threads=threads)
 
     def test_shapes_and_numbers(self):
         bake = relume.Bake(BAKE)
@@ -325,12 +364,22 @@ class BadInput(unittest.TestCase):
             self.assertEqual(caught.exception.status, 1)
         with self.assertRaises(relume.RelumeError):
             bake.lightmap_coordinates(bake.info.instances)
-        with self.assertRaisesRegex(ValueError, 'instance: 0 and more expected, -1 found'):
-            bake.lightmap_coordinates(-1)
+        for name, call in (('instance', bake.lightmap_coordinates), ('index', relighter.resolve_texture),
+                           ('luma_bands', lambda n: relume.Relighter(bake, luma_bands=n)),
+                           ('moving_parts', lambda n: relume.Relighter(bake, moving_parts=n)),
+                           (r'moving_parts\[0\]', lambda n: relighter.relight(moving_parts=[(n, None)])),
+                           ('kind', lambda n: relighter.relight([relume.Light(n, 1)]))):
+            for number in (-1, 2 ** 32, 0.5):
+                with self.assertRaisesRegex(ValueError, f'{name}: a whole number from 0 to .* expected, {number} found'):
+                    call(number)
         for text, call in (('a sequence of them expected', lambda: relighter.relight(SUN)),
                            (r'lights\[1\]: a Light expected, tuple', lambda: relighter.relight([SUN, (1, 2, 3)])),
                            ('visibility returned None', lambda: relighter.relight([SUN], lambda light, p, n: None)),
-                           ('a Bake expected, str', lambda: relume.Relighter(BAKE))):
+                           ('a Bake expected, str', lambda: relume.Relighter(BAKE)),
+                           ('previous: a Relighter expected, Bake', lambda: relighter.inherit(bake)),
+                           ('moving_shapes: a MovingShapes expected, Bake', lambda: relighter.relight(moving_shapes=bake)),
+                           ('this Bake cannot be copied', lambda: copy.copy(bake)),
+                           ('this Relighter cannot be copied or pickled', lambda: pickle.dumps(relighter))):
             with self.assertRaisesRegex(TypeError, text):
                 call()
         with self.assertRaisesRegex(relume.RelumeError, 'lumaBands is 9'):
@@ -339,6 +388,19 @@ class BadInput(unittest.TestCase):
         relighter.close()
         with self.assertRaisesRegex(ValueError, 'closed'):
             relighter.relight([])
+
+
+    def test_errors_cross_processes(self):
+        error = pickle.loads(pickle.dumps(relume.RelumeError(2, 'no such file')))
+        self.assertEqual((type(error), error.status, str(error)), (relume.RelumeError, 2, 'no such file'))
+
+    def test_lights_are_compared_by_value(self):
+        lights = [relume.Light.point(numpy.array(UP), numpy.full(3, i)) for i in range(2)]
+        self.assertEqual(lights.index(relume.Light.point(UP, (1, 1, 1))), 1)
+        self.assertNotEqual(lights[0], lights[1])
+        self.assertNotEqual(lights[0], None)
+        meshes = [relume.Mesh(numpy.zeros((3, 3)), [(0, 1, 2)]), relume.Mesh(numpy.ones((3, 3)), [(0, 1, 2)])]
+        self.assertEqual(meshes.index(meshes[1]), 1)
 
 
 class Package(unittest.TestCase):
@@ -397,13 +459,13 @@ class Package(unittest.TestCase):
             for licence in ('LICENSE', 'runtime/LICENSE.third-party'):
                 shutil.copy(os.path.join(PACKAGE, '../..', licence), os.path.join(folder, 'sources', licence))
             shutil.copytree(PACKAGE, project, ignore=shutil.ignore_patterns('__pycache__', 'build', '*.egg-info'))
-            for bundle in ('', os.environ['RELUME_LIBRARY']):
+            older = shutil.copy(os.environ['RELUME_LIBRARY'], os.path.join(folder, 'librelume.so.0.0.1'))
+            for bundle in ('', older, os.environ['RELUME_LIBRARY']):  # the last is built where the one before has been
                 build = f'from setuptools import build_meta; build_meta.build_wheel({folder!r})'
                 environment = {k: v for k, v in os.environ.items() if k != 'PYTHONPATH'}
                 done = subprocess.run([sys.executable, '-c', build], cwd=project, env={**environment, 'RELUME_BUNDLE': bundle},
                                       capture_output=True, text=True, check=False)
                 self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-                shutil.rmtree(os.path.join(project, 'build'), ignore_errors=True)
             wheels = sorted(glob.glob(os.path.join(folder, '*.whl')))
             names = [os.path.basename(w) for w in wheels]
             self.assertEqual(len(names), 2, names)
@@ -411,6 +473,9 @@ class Package(unittest.TestCase):
             for wheel_file, files in zip(wheels, ({'py.typed', 'LICENSE', 'LICENSE.third-party'}, {'py.typed', 'LICENSE'})):
                 with zipfile.ZipFile(wheel_file) as archive:
                     self.assertLessEqual({f'relume/{name}' for name in files}, set(archive.namelist()))
+                    libraries = [name for name in archive.namelist() if 'librelume' in name]
+                    self.assertEqual(len(libraries), 'LICENSE.third-party' in files, libraries)
+                    self.assertNotIn('relume/librelume.so.0.0.1', libraries)
             with zipfile.ZipFile(wheels[0]) as archive:
                 archive.extractall(place)
             light = (f'import relume; r = relume.Relighter(relume.Bake({BAKE!r})); '

@@ -1,12 +1,22 @@
 # SPDX-License-Identifier: MIT
 """Arrays as the library takes them: handed over as they are where they fit, copied once where not."""
 import ctypes
+import operator
 from ctypes import c_float, c_uint
 
 import numpy
 from numpy.typing import NDArray
 
 Floats = NDArray[numpy.float32]
+
+
+class ByValue:
+    """Equal where the fields are, arrays of them included."""
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return all(map(numpy.array_equal, vars(self).values(), vars(other).values()))
 
 
 def floats(name, values, width):
@@ -75,6 +85,14 @@ def axes(name, matrix):
     if array.shape not in ((3, 4), (4, 4)):
         raise ValueError(f'{name}: a matrix of shape (3, 4) or (4, 4) expected, {array.shape} found')
     return (c_float * 12)(*array[:3].T.ravel().tolist())
+
+
+def whole(name, value, limit=2 ** 32):
+    """A whole number from 0; ctypes would cut off what does not fit."""
+    number = operator.index(value) if hasattr(value, '__index__') else -1
+    if not 0 <= number < limit:
+        raise ValueError(f'{name}: a whole number from 0 to {limit - 1} expected, {value!r} found')
+    return number
 
 
 def uints(array):

@@ -2,24 +2,30 @@
 """What the library makes and destroys, and the threads that it runs on."""
 import collections
 import concurrent.futures
+import os
 import threading
 from ctypes import byref, c_void_p, sizeof
-from typing import TypeVar
+from typing import Any, TypeVar
 
+from ._arrays import whole
 from ._library import API_VERSION, ContextDesc, ParallelFor, RelumeError, runtime
+from ._signals import HeldSignals
 
 Self = TypeVar('Self', bound='Handle')
 
 
 class Handle:
     """Something of the library that is destroyed once: by close(), at the end of a `with`, or with the object."""
-    _destroy = None
-    _handle = None
+    _destroy: Any = None  # functions of the library: this one,
+    _error: Any = None    # and the text of what failed last
+    _handle: Any = None
+    _context: Any = None
 
     def close(self) -> None:
         handle, self._handle = self._handle, None
         if handle:
             self._destroy(handle)
+        self._context = None  # its threads end with the last that has it
 
     def __enter__(self: Self) -> Self:
         return self
@@ -30,14 +36,38 @@ class Handle:
     def __del__(self):
         self.close()
 
+    def __reduce__(self):
+        raise TypeError(f'this {type(self).__name__} cannot be copied or pickled; make another')
+
     def _open(self):
         if not self._handle:
             raise ValueError(f'this {type(self).__name__} is closed')
         return self._handle
 
+    def _create(self, maker, function, *arguments):
+        """The handle, by a function of the library that takes the maker's first, and last where to write this one."""
+        self._handle = c_void_p()
+        maker._call(function, *arguments, byref(self._handle))
+
+    def _call(self, function, *arguments):
+        """A function of the library that takes this handle first."""
+        handle = self._open()
+        self._check(self._context.run(function, handle, *arguments))
+
+    def _check(self, status):
+        if status:  # paths in the text may be no UTF-8
+            raise RelumeError(status, self._error(self._handle).decode(errors='backslashreplace'))
+
+
+def opened(name, value, kind):
+    """The library's handle of an argument, which must be of that kind."""
+    if not isinstance(value, kind):
+        raise TypeError(f'{name}: a {kind.__name__} expected, {type(value).__name__} found')
+    return value._open()
+
 
 class Batch:
-    """Tasks of one call. Only workers take them: an exception from outside, Ctrl-C's, comes to the main thread alone."""
+    """Tasks of one call. Workers take them, and that call's own thread where there are no more of those."""
 
     def __init__(self, tasks, task, data):
         self._waiting, self._ended, self._tasks = collections.deque(range(tasks)), [], tasks
@@ -58,40 +88,51 @@ class Batch:
                 self.done.set()
 
 
+class Threads:
+    """Workers, begun when there are tasks."""
+
+    def __init__(self, count):
+        self._count = count
+        self._begin()
+
+    def _begin(self):
+        self._process, self._pool = os.getpid(), concurrent.futures.ThreadPoolExecutor(self._count)
+
+    def run(self, _, tasks, task, data):
+        """All tasks are done when this returns: they use memory of the call that asked for them."""
+        if self._process != os.getpid():  # a fork has none of the threads
+            self._begin()
+        batch = Batch(tasks, task, data)
+        try:
+            for _ in range(min(self._count, tasks)):
+                self._pool.submit(batch.work)
+        except RuntimeError:  # the interpreter is about to end, and takes no more work
+            batch.work()
+        batch.done.wait()
+
+
 class Context(Handle):
     """Errors of loading, and the threads that relighters of its bakes run on."""
     _destroy = staticmethod(runtime.relume_context_destroy)
+    _error = staticmethod(runtime.relume_context_error)
 
     def __init__(self, threads):
-        if not 1 <= threads <= 1024:
+        if not 1 <= whole('threads', threads) <= 1024:
             raise ValueError(f'threads: 1 to 1024 expected, {threads} found')
-        self.interrupted = None
+        self._parallel_for = ParallelFor(Threads(threads).run) if threads > 1 else None  # lives as long as the library may call it
         desc = ContextDesc(struct_size=sizeof(ContextDesc), api_version=API_VERSION)
-        if threads > 1:
-            self._threads = threads
-            self._pool = concurrent.futures.ThreadPoolExecutor(threads)
-            self._parallel_for = ParallelFor(self._run)  # must live as long as the library may call it
+        if self._parallel_for:
             desc.parallel_for = self._parallel_for
-        context = c_void_p()
-        status = runtime.relume_context_create(byref(desc), byref(context))
+        self._handle = c_void_p()
+        status = runtime.relume_context_create(byref(desc), byref(self._handle))
         if status:
             raise RelumeError(status, runtime.relume_status_text(status).decode())
-        self._handle = context
 
-    def _run(self, _, tasks, task, data):
-        """All tasks are done when this returns, Ctrl-C or not: they use memory of the call that asked for them."""
-        batch = Batch(tasks, task, data)
-        while not batch.done.is_set():
-            try:
-                for _ in range(min(self._threads, tasks)):
-                    self._pool.submit(batch.work)
-                batch.done.wait()
-            except RuntimeError:  # the interpreter is about to end, and takes no more work
-                batch.work()
-            except BaseException as error:  # pylint: disable=broad-except
-                self.interrupted = error
+    def run(self, function, *arguments, signals=None):
+        """A function of the library. signals: where it calls the host's own code; it also calls back where there are threads."""
+        if self._parallel_for and signals is None:
+            signals = HeldSignals()
+        return signals.call(function, *arguments) if signals else function(*arguments)
 
-    def take_interrupt(self):
-        """What came up while tasks ran, Ctrl-C for example; None = nothing."""
-        error, self.interrupted = self.interrupted, None
-        return error
+    def _call(self, function, *arguments):
+        self._check(self.run(function, self._open(), *arguments))

@@ -16,6 +16,9 @@ class RelumeError(Exception):
         super().__init__(text or f'status {status}')
         self.status = status
 
+    def __reduce__(self):
+        return type(self), (self.status, str(self))
+
 
 Task = ctypes.CFUNCTYPE(None, c_void_p, c_uint)
 ParallelFor = ctypes.CFUNCTYPE(None, c_void_p, c_uint, Task, c_void_p)

@@ -9,15 +9,16 @@ from typing import Callable
 import numpy
 from numpy.typing import ArrayLike
 
-from ._arrays import Floats, three
+from ._arrays import ByValue, Floats, three, whole
 from ._library import CLight, LightSetup, Visibility, runtime
+from ._signals import HeldSignals
 
 _DIRECTIONAL, _POINT, _SPOT = 0, 1, 2
 Shadows = Callable[[int, Floats, Floats], ArrayLike]  # light, positions, normals: shares of the light that reach them
 
 
-@dataclass
-class Light:
+@dataclass(eq=False)
+class Light(ByValue):
     """A punctual light as KHR_lights_punctual defines it; see the three constructors."""
     kind: int
     intensity: ArrayLike          # [W/sr], of a directional light [W/m2]
@@ -44,7 +45,7 @@ class Light:
         return cls(_SPOT, intensity, position, direction, range, inner_cone, outer_cone)
 
     def _c(self):
-        return CLight(self.kind, three('intensity', self.intensity), three('position', self.position),
+        return CLight(whole('kind', self.kind, 2 ** 31), three('intensity', self.intensity), three('position', self.position),
                       three('direction', self.direction), self.range, self.inner_cone, self.outer_cone)
 
 
@@ -57,22 +58,25 @@ class Frame:
         for i, light in enumerate(lights):
             if not isinstance(light, Light):
                 raise TypeError(f'lights[{i}]: a Light expected, {type(light).__name__} found')
-        self.kept, self.raised = [], []
+        self.kept, self.raised, self.signals = [], [], None
         self.setup = LightSetup()
         runtime.relume_light_setup_default(byref(self.setup), sizeof(self.setup))
         self.setup.lights = (CLight * len(lights))(*[light._c() for light in lights])
         self.setup.light_count = len(lights)
         if visibility is not None:
-            self.setup.visibility = Visibility(_visibility_call(visibility, self.raised))
+            self.signals = HeldSignals()
+            self.setup.visibility = Visibility(_visibility_call(visibility, self.raised, self.signals))
 
-    def raise_first(self, context):
-        """What came up while the frame ran: an interrupt, or what `visibility` has raised."""
-        error = context.take_interrupt() or (self.raised[0] if self.raised else None)
-        if error is not None:
-            raise error
+    def run(self, light, function, *arguments):
+        """A function of the library that takes the handle of `light` first; what `visibility` has raised comes out here."""
+        handle = light._open()
+        status = light._context.run(function, handle, *arguments, signals=self.signals)
+        if self.raised:
+            raise self.raised.pop(0)  # not kept: its traceback keeps this Frame
+        light._check(status)
 
 
-def _visibility_call(visibility, raised):
+def _visibility_call(visibility, raised, signals):
     """`visibility` as the library calls it; what it raises goes to `raised`, as no exception may cross the library."""
 
     def call(_, light, count, positions, normals, visible):
@@ -82,7 +86,7 @@ def _visibility_call(visibility, raised):
             points = [numpy.ctypeslib.as_array(p, (count, 3)) for p in (positions, normals)]
             for view in points:
                 view.flags.writeable = False
-            shares = visibility(light, *points)
+            shares = signals.host(visibility, light, *points)
             if shares is None:  # numpy would take it for NaN
                 raise TypeError(f'visibility returned None, shares of shape ({count},) expected')
             numpy.ctypeslib.as_array(visible, (count,))[:] = shares

@@ -12,14 +12,14 @@ air keeps the bake's light. docs/notes/edits.md has errors and times.
 """
 from __future__ import annotations
 
-from ctypes import byref, c_void_p, sizeof
+from ctypes import byref, sizeof
 
 import numpy
 from numpy.typing import ArrayLike
 
 from ._arrays import Floats, floats, output, pointer, same_length
 from ._handles import Context, Handle
-from ._library import EditBlendDesc, EditBlendInfo, EditBox, RelumeError, runtime
+from ._library import EditBlendDesc, EditBlendInfo, EditBox, runtime
 
 EDITED_PART = (1.0, 1.0)  # share() of the surfaces of changed parts, wherever they are
 
@@ -32,6 +32,7 @@ class EditBlend(Handle):
     fade: [m] within which it fades beyond that; 0 = as wide as the reach.
     RelumeError: a box that is not finite and right side out, a length out of its range."""
     _destroy = staticmethod(runtime.relume_edit_blend_destroy)
+    _error = staticmethod(runtime.relume_edit_blend_error)
 
     def __init__(self, boxes: ArrayLike, voxel: float, reach: float = 0.0, fade: float = 0.0):
         array = numpy.ascontiguousarray(boxes, dtype=numpy.float32)
@@ -41,21 +42,13 @@ class EditBlend(Handle):
         desc = EditBlendDesc(struct_size=sizeof(EditBlendDesc), voxel=voxel, reach=reach, fade=fade)
         desc.boxes = (EditBox * len(array)).from_buffer_copy(array)
         desc.box_count = len(array)
-        blend = c_void_p()
-        status = runtime.relume_edit_blend_create(self._context._handle, byref(desc), byref(blend))
-        self._handle = blend
-        if status:
-            raise RelumeError(status, runtime.relume_context_error(self._context._handle).decode())
-
-    def _check(self, status):
-        if status:
-            raise RelumeError(status, runtime.relume_edit_blend_error(self._handle).decode())
+        self._create(self._context, runtime.relume_edit_blend_create, byref(desc))
 
     def share(self, positions: ArrayLike, out: Floats | None = None) -> Floats:
         """At points: change, of what the lights say has changed, and contact, of the light after the edit itself. (n, 2)"""
         p = floats('positions', positions, 3)
         out = output('out', out, (len(p), 2))
-        self._check(runtime.relume_edit_blend_share(self._open(), len(p), pointer(p), pointer(out)))
+        self._call(runtime.relume_edit_blend_share, len(p), pointer(p), pointer(out))
         return out
 
     def irradiance(self, shares: ArrayLike, baked: ArrayLike, before: ArrayLike, after: ArrayLike,
@@ -66,8 +59,7 @@ class EditBlend(Handle):
         b, old, new = (floats(name, v, 3) for name, v in (('baked', baked), ('before', before), ('after', after)))
         same_length(shares=s, baked=b, before=old, after=new)
         out = output('out', out, b.shape)
-        self._check(runtime.relume_edit_blend_irradiance(self._open(), len(b), pointer(s), pointer(b), pointer(old), pointer(new),
-                                                         pointer(out)))
+        self._call(runtime.relume_edit_blend_irradiance, len(b), pointer(s), pointer(b), pointer(old), pointer(new), pointer(out))
         return out
 
     def glsl(self) -> str:
@@ -77,7 +69,7 @@ class EditBlend(Handle):
     def uniforms(self) -> tuple[Floats, float]:
         """relumeEditBox (2 * boxes, 4) and relumeEditVoxel of that GLSL; relumeEditBoxes is half of the former's length."""
         info = EditBlendInfo(struct_size=sizeof(EditBlendInfo))
-        self._check(runtime.relume_edit_blend_get_info(self._open(), byref(info)))
+        self._call(runtime.relume_edit_blend_get_info, byref(info))
         boxes = numpy.empty((2 * info.boxes, 4), numpy.float32)
         if len(boxes):
             boxes[:] = numpy.ctypeslib.as_array(info.values, boxes.shape)

@@ -11,21 +11,21 @@ docs/guide/embedding.md has what it is for, docs/notes/live.md its errors.
 """
 from __future__ import annotations
 
-from ctypes import byref, c_float, c_int, c_void_p, sizeof
+from ctypes import byref, c_float, c_int, sizeof
 from dataclasses import dataclass
 from typing import Mapping, Sequence
 
 import numpy
 from numpy.typing import ArrayLike
 
-from ._arrays import axes, Floats, floats, indices, output, pointer, same_length, three, uints
+from ._arrays import axes, ByValue, Floats, floats, indices, output, pointer, same_length, three, uints, whole
 from ._handles import Context, Handle
-from ._library import LiveDesc, LiveEdit, LiveFrame, LiveInfo, LiveMesh, LivePart, LiveSurface, RelumeError, runtime
+from ._library import LiveDesc, LiveEdit, LiveFrame, LiveInfo, LiveMesh, LivePart, LiveSurface, runtime
 from ._lights import Frame, Light, Shadows
 
 
-@dataclass
-class Surface:
+@dataclass(eq=False)
+class Surface(ByValue):
     """What triangles reflect and emit."""
     albedo: ArrayLike = (0.5, 0.5, 0.5)  # [0..1]
     emission: ArrayLike = (0, 0, 0)  # [W/m2/sr] of the front, and of the back where double_sided
@@ -33,16 +33,16 @@ class Surface:
     double_sided: bool = False  # emits from its back as well; both sides of any triangle reflect
 
 
-@dataclass
-class Mesh:
+@dataclass(eq=False)
+class Mesh(ByValue):
     """Triangles in the axes of their part. surfaces: by index, one for each triangle, or one for all."""
     positions: ArrayLike  # [m] (n, 3)
     triangles: ArrayLike  # (m, 3) indices of positions
     surfaces: ArrayLike = 0
 
 
-@dataclass
-class Part:
+@dataclass(eq=False)
+class Part(ByValue):
     """A mesh that stands in the level. to_world: a matrix (3, 4) or (4, 4) for columns, the place in its last; None = as it is.
     moves: placed anew by move()."""
     mesh: int
@@ -59,6 +59,7 @@ class LiveLight(Handle):
     at first [m]; box_follows_eye: the outermost moves as well. threads: on which frames run.
     RelumeError: a number out of its range; the text names surface, mesh, triangle or part."""
     _destroy = staticmethod(runtime.relume_live_destroy)
+    _error = staticmethod(runtime.relume_live_error)
 
     def __init__(self, surfaces: Sequence[Surface], meshes: Sequence[Mesh], parts: Sequence[Part], *, cells: int = 32,
                  rays_per_cell: int = 64, box: ArrayLike | None = None, surface_budget: int = 0, cascades: int = 1,
@@ -66,8 +67,9 @@ class LiveLight(Handle):
         self._context = Context(threads)
         self._moving = sum(bool(part.moves) for part in parts)
         self._next_rays = 0
-        desc = LiveDesc(struct_size=sizeof(LiveDesc), cells=cells, rays_per_cell=rays_per_cell, surface_budget=surface_budget,
-                        cascades=cascades, box_follows_eye=int(box_follows_eye))
+        desc = LiveDesc(struct_size=sizeof(LiveDesc), cells=whole('cells', cells), cascades=whole('cascades', cascades),
+                        rays_per_cell=whole('rays_per_cell', rays_per_cell), box_follows_eye=int(box_follows_eye),
+                        surface_budget=whole('surface_budget', surface_budget))
         desc.surfaces = (LiveSurface * len(surfaces))(*[LiveSurface(
             three(f'surfaces[{i}].albedo', s.albedo), three(f'surfaces[{i}].emission', s.emission), s.coverage,
             int(s.double_sided)) for i, s in enumerate(surfaces)])
@@ -81,34 +83,21 @@ class LiveLight(Handle):
             kept += [p, t, s]
             read.append(LiveMesh(pointer(p), len(p), uints(t), len(t), uints(s)))
         desc.meshes, desc.mesh_count = (LiveMesh * len(read))(*read), len(read)
-        desc.parts = (LivePart * len(parts))(*[LivePart(part.mesh, axes(f'parts[{i}].to_world', part.to_world), int(part.moves))
+        desc.parts = (LivePart * len(parts))(*[LivePart(whole(f'parts[{i}].mesh', part.mesh),
+                                                        axes(f'parts[{i}].to_world', part.to_world), int(part.moves))
                                                for i, part in enumerate(parts)])
         desc.part_count = len(parts)
         if box is not None:
             desc.box_min, desc.box_max = (three('box', corner) for corner in box)
         if eye is not None:
             desc.eye = three('eye', eye)
-        live = c_void_p()
-        status = runtime.relume_live_create(self._context._handle, byref(desc), byref(live))
-        self._handle = live
-        self._raise_interrupt()
-        if status:
-            raise RelumeError(status, runtime.relume_context_error(self._context._handle).decode())
-
-    def _check(self, status):
-        if status:
-            raise RelumeError(status, runtime.relume_live_error(self._handle).decode())
-
-    def _raise_interrupt(self):
-        error = self._context.take_interrupt()
-        if error is not None:
-            raise error
+        self._create(self._context, runtime.relume_live_create, byref(desc))
 
     @property
     def info(self) -> LiveInfo:
         """voxels, dropped_voxels (without sides: they are black), and caches as of the last frame."""
         info = LiveInfo(struct_size=sizeof(LiveInfo))
-        self._check(runtime.relume_live_get_info(self._open(), byref(info)))
+        self._call(runtime.relume_live_get_info, byref(info))
         return info
 
     def move(self, to_world: Sequence[ArrayLike]) -> None:
@@ -116,21 +105,18 @@ class LiveLight(Handle):
         if len(to_world) != self._moving:
             raise ValueError(f'to_world: {self._moving} matrices expected, {len(to_world)} found')
         numbers = [number for i, matrix in enumerate(to_world) for number in axes(f'to_world[{i}]', matrix)]
-        self._check(runtime.relume_live_move(self._open(), (c_float * len(numbers))(*numbers), len(to_world)))
-        self._raise_interrupt()
+        self._call(runtime.relume_live_move, (c_float * len(numbers))(*numbers), len(to_world))
 
     def edit(self, parts: Mapping[int, ArrayLike | None]) -> None:
         """{part: matrix} of standing parts that are placed elsewhere, by their index; None in place of the matrix = taken away."""
-        edits = (LiveEdit * len(parts))(*[LiveEdit(part, axes(f'parts[{part}]', matrix), int(matrix is not None))
+        edits = (LiveEdit * len(parts))(*[LiveEdit(whole('parts', part), axes(f'parts[{part}]', matrix), int(matrix is not None))
                                           for part, matrix in parts.items()])
-        self._check(runtime.relume_live_edit_parts(self._open(), edits, len(edits)))
-        self._raise_interrupt()
+        self._call(runtime.relume_live_edit_parts, edits, len(edits))
 
     def centre(self, eye: ArrayLike) -> bool:
         """The eye is here now [m]: volumes follow it. Whether any has moved."""
         moved = c_int()
-        self._check(runtime.relume_live_centre(self._open(), three('eye', eye), byref(moved)))
-        self._raise_interrupt()
+        self._call(runtime.relume_live_centre, three('eye', eye), byref(moved))
         return bool(moved.value)
 
     def update(self, lights: Sequence[Light] = (), visibility: Shadows | None = None, *, keep: float = 0.0,
@@ -147,25 +133,23 @@ class LiveLight(Handle):
         how.emission_scale = three('emission_scale', emission_scale)
         how.sky_radiance = three('sky_radiance', sky_radiance)
         how.bounce_scale, how.keep, how.freeze_voxels = bounce_scale, keep, int(freeze_voxels)
-        how.ray_set = self._next_rays if ray_set is None else ray_set
+        how.ray_set = self._next_rays if ray_set is None else whole('ray_set', ray_set)
         if sky_map is not None:
             sky = numpy.ascontiguousarray(sky_map, dtype=numpy.float32)
             if sky.ndim != 3 or sky.shape != (len(sky), len(sky), 3):
                 raise ValueError(f'sky_map: shape (side, side, 3) expected, {sky.shape} found')
             how.sky_map, how.sky_side = pointer(sky), len(sky)
-        status = runtime.relume_live_update(self._open(), byref(frame.setup), byref(how))
-        frame.raise_first(self._context)
-        self._check(status)
+        frame.run(self, runtime.relume_live_update, byref(frame.setup), byref(how))
         self._next_rays = (how.ray_set + 1) % 2 ** 32
 
     def reset(self) -> None:
         """No light, as before the first frame."""
-        self._check(runtime.relume_live_reset(self._open()))
+        self._call(runtime.relume_live_reset)
 
     def irradiance(self, positions: ArrayLike, normals: ArrayLike, out: Floats | None = None) -> Floats:
         """Irradiance [W/m2] by all light but the lights' own, at points with unit normals. (n, 3)"""
         p, n = floats('positions', positions, 3), floats('normals', normals, 3)
         same_length(positions=p, normals=n)
         out = output('out', out, p.shape)
-        self._check(runtime.relume_live_irradiance(self._open(), len(p), pointer(p), pointer(n), pointer(out)))
+        self._call(runtime.relume_live_irradiance, len(p), pointer(p), pointer(n), pointer(out))
         return out

@@ -9,20 +9,19 @@ docs/guide/embedding.md has what they do, docs/notes/moving.md errors and times.
 """
 from __future__ import annotations
 
-from ctypes import byref, c_void_p
 from dataclasses import dataclass
 from typing import Sequence
 
 import numpy
 from numpy.typing import ArrayLike
 
-from ._arrays import axes, floats, indices, pointer, uints
-from ._handles import Context, Handle
-from ._library import CMovingMesh, MovingPart, RelumeError, runtime
+from ._arrays import axes, ByValue, floats, indices, pointer, uints, whole
+from ._handles import Context, Handle, opened
+from ._library import CMovingMesh, MovingPart, runtime
 
 
-@dataclass
-class MovingMesh:
+@dataclass(eq=False)
+class MovingMesh(ByValue):
     """A rigid mesh in axes of its own. albedo, emission: of the whole, or one for each triangle, (m, 3)."""
     positions: ArrayLike  # [m] (n, 3)
     triangles: ArrayLike  # (m, 3) indices of positions, the front counter-clockwise
@@ -45,19 +44,14 @@ class MovingShapes(Handle):
             kept += [p, t, albedo, emission]
             read.append(CMovingMesh(pointer(p), len(p), uints(t), len(t), pointer(albedo), len(albedo), pointer(emission),
                                      len(emission)))
-        shapes = c_void_p()
-        status = runtime.relume_moving_shapes_create(self._context._handle, (CMovingMesh * len(read))(*read), len(read),
-                                                     byref(shapes))
-        self._handle = shapes
-        if status:
-            raise RelumeError(status, runtime.relume_context_error(self._context._handle).decode())
+        self._create(self._context, runtime.relume_moving_shapes_create, (CMovingMesh * len(read))(*read), len(read))
 
 
 def hand_parts(frame, shapes, parts):
     """The parts of a frame, (shape, matrix) each, into its setup."""
-    handed = (MovingPart * len(parts))(*[MovingPart(shape, axes(f'moving_parts[{i}]', matrix))
+    handed = (MovingPart * len(parts))(*[MovingPart(whole(f'moving_parts[{i}]', shape), axes(f'moving_parts[{i}]', matrix))
                                          for i, (shape, matrix) in enumerate(parts)])
     frame.kept += [handed, shapes]
     frame.setup.moving_parts, frame.setup.moving_part_count = handed, len(parts)
     if shapes is not None:
-        frame.setup.moving_shapes = shapes._open()
+        frame.setup.moving_shapes = opened('moving_shapes', shapes, MovingShapes)
