@@ -27,15 +27,19 @@ lamp.add(bulb);
 scene.add(sun, sun.target, lamp);
 
 let level = null;  // {root, lighting, sphere, name}
+let opens = 0;     // how often open() was called: the last call wins
 
 async function open(name) {
-  close();
+  const turn = ++opens;
+  if (level) close(level);
+  level = null;
   status.textContent = `${name} …`;
   const lightingOf = new RelumeLoader().loadAsync(`levels/${name}.relume.gz`, ({loaded, total}) => {
-    status.textContent = `${name}: ${(loaded / 1048576).toFixed(1)}${total ? ` of ${(total / 1048576).toFixed(1)}` : ''} MiB`;
+    if (turn === opens) status.textContent = `${name}: ${(loaded / 1048576).toFixed(1)}${total ? ` of ${(total / 1048576).toFixed(1)}` : ''} MiB`;
   });
   const [gltf, lighting] = await Promise.all([new GLTFLoader().loadAsync(`levels/${name}.glb`), lightingOf]);
   const root = gltf.scene, own = [];
+  if (turn !== opens) return close({root, lighting});
   root.traverse((object) => {
     if (object.isLight) own.push(object);
     if (!object.isMesh) return;
@@ -63,17 +67,15 @@ async function open(name) {
   resize();
 }
 
-function close() {
-  if (!level) return;
-  scene.remove(level.root);
-  level.lighting.dispose();
-  level.root.traverse((mesh) => {
+function close(opened) {
+  scene.remove(opened.root);
+  opened.lighting.dispose();
+  opened.root.traverse((mesh) => {
     if (!mesh.isMesh) return;
     mesh.geometry.dispose();
     Object.values(mesh.material).forEach((value) => value?.isTexture && value.dispose());
     mesh.material.dispose();
   });
-  level = null;
 }
 
 function resize() {

@@ -4,7 +4,7 @@
 //   node node_test.mjs PACKAGE RELUME NATIVE_LIGHT LEVEL WORK
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
-import {mkdirSync, readFileSync} from 'node:fs';
+import {mkdirSync, readFileSync, writeFileSync} from 'node:fs';
 import http from 'node:http';
 import path from 'node:path';
 import {gzipSync} from 'node:zlib';
@@ -113,6 +113,7 @@ async function checkMoving(module) {
     [{movingParts: [part]}, /movingParts without movingShapes/], [{movingShapes: shapes, movingParts: [part, part, part]}, /movingParts has 3 elements, expected at most 2/],
     [{movingShapes: shapes, movingParts: [{shape: 1, toWorld: rows}]}, /movingParts\[0\]\.shape is 1/],
     [{movingShapes: shapes, movingParts: [{shape: 0, toWorld: [1, 2]}]}, /toWorld has 2 elements/],
+    [{movingShapes: shapes, movingParts: [{toWorld: rows}]}, /movingParts\[0\]\.shape is undefined, expected a whole number/],
     [{movingShapes: shapes, movingParts: [{shape: 0, toWorld: rows.map(() => NaN)}]}, /toWorld has \(nan/], [{movingShapes: {}, movingParts: [part]}, /expected MovingShapes/],
   ]) {
     assert.throws(() => relighter.relight(bad), (e) => e instanceof RelumeError && text.test(e.message) || assert.fail(`${e}, expected ${text}`));
@@ -141,6 +142,13 @@ async function checkMoving(module) {
   bake.dispose();
 }
 
+// What is left of an array whose buffer was handed to a worker.
+function handedOn(array) {
+  const left = Uint8Array.from(array);
+  structuredClone(left, {transfer: [left.buffer]});
+  return left;
+}
+
 async function checkModule(module) {
   const before = module.liveBytes;
   const bake = await loadBake(bytes, {module});
@@ -162,6 +170,15 @@ async function checkModule(module) {
   relighter.relight({surfelIrradiance: light.map((v) => 2 * v), bounceScale: 0, emissionScale: [2, 2, 2]});
   assert.ok(difference(relighter.coefficients().map((v) => v / 2), once) < 1e-2);
   assert.ok(bake.lightmapCoordinates(0).length > 0 && bake.instanceName(0) !== '');
+  // WebAssembly would take these for instance 0.
+  for (const value of [undefined, NaN, '0', 0.5, -1, 2 ** 32]) {
+    for (const read of ['instanceName', 'lightmapCoordinates']) {
+      assert.throws(() => bake[read](value), (e) => e instanceof RelumeError && /^instance is .*, expected a whole number/.test(e.message) || assert.fail(`${e}`));
+    }
+  }
+  for (const value of [99, -1, undefined, 'x']) {
+    assert.throws(() => relighter.resolveTexels(value), (e) => e instanceof RelumeError && /^texture is .*, expected less than 3/.test(e.message) || assert.fail(`${e}`));
+  }
 
   // Bad setups are refused, and leave last frame's light.
   const kept = relighter.coefficients().slice();
@@ -179,19 +196,42 @@ async function checkModule(module) {
     [{lights: [lamp, {...lamp, intensity: 20}]}, /lights\[1\]\.intensity is 20, expected an array of three/],
     [{lights: [{kind: 'point'}]}, /lights\[0\]\.intensity is undefined/], [{lights: [{...lamp, direction: [0, -1]}]}, /lights\[0\]\.direction is \[0,-1\]/],
     [{lights: lamp}, /lights is of type Object, expected an array/], [{skyRadiance: 0.1}, /skyRadiance is 0\.1/], [{emissionScale: [1, 1]}, /emissionScale is \[1,1\]/],
-    [{materials: [{material: 0, radiance: 3}]}, /materials\[0\]\.radiance is 3/], [{movingParts: {}}, /movingParts is of type Object/],
+    [{materials: [{material: 0, radiance: 3}]}, /materials\[0\]\.radiance is 3/],
+    [{materials: [{name: 'panel', radiance: [9, 9, 9]}]}, /materials\[0\]\.material is undefined, expected a name, or a whole number/],
+    [{materials: [{material: NaN, radiance: [9, 9, 9]}]}, /materials\[0\]\.material is NaN/], [{materials: [null]}, /materials\[0\] is null, expected an object/],
+    [{lights: [lamp, null]}, /lights\[1\] is null, expected an object/], [null, /setup is null, expected an object/],
+    [{surfelIrradiance: 5}, /surfelIrradiance is 5, expected \d+ numbers/], [{movingParts: {}}, /movingParts is of type Object/],
   ]) {
     assert.throws(() => relighter.relight(bad), (e) => e instanceof RelumeError && text.test(e.message) && e.status === 1 || assert.fail(`${e}, expected ${text}`));
   }
   assert.throws(() => relighter.irradianceInGrid([1, 2, 3, 4], [0, 1, 0, 0]), /positions has 4 elements, expected 3 numbers for each/);
   assert.throws(() => relighter.irradianceOnLightmap([0.5], [0, 1, 0]), /uvs has 1 elements, expected 2/);
   assert.deepEqual(relighter.coefficients(), kept);
+  // Vectors are whatever has three numbers.
+  const like = (values) => ({length: 3, ...values}), direction = [0, -0.6, 0.8], intensity = [1, 2, 3];
+  const packs = [{direction, intensity}, {direction: new Float32Array(direction), intensity: like(intensity)}].map((vectors) => {
+    const packed = new Float32Array(12);
+    packLight({kind: 'spot', position: like([4, 5, 6]), ...vectors}, 0, packed);
+    return packed;
+  });
+  assert.ok(packs[0].every((v, i) => Math.abs(v - packs[1][i]) < 1e-6) && packs[0][8] === 1);
+  relighter.relight({skyRadiance: like([0, 0, 0])});
   for (const [name, value] of [['direction', new Vector3()], ['direction', [0, -1]], ['intensity', 20], ['position', new Vector3()]]) {
     assert.throws(() => packLight({kind: 'spot', intensity: [1, 1, 1], [name]: value}, 0, new Float32Array(12)),
                   (e) => e instanceof RelumeError && e.message.startsWith(`lights[0].${name} is `) || assert.fail(`${e}`));
   }
-  assert.throws(() => relighter.relight({lights: setup.lights, visibility() { throw new Error('of the host'); }}), /of the host/);
+  // A visibility that throws: what it did not answer is in shadow, in that frame's light.
+  const dark = {lights: setup.lights, bounceScale: 0, emissionScale: [0, 0, 0]};
+  relighter.relight({...dark, visibility: (light, count, positions, normals, visible) => visible.fill(0)});
+  const inShadow = relighter.coefficients().slice();
+  relighter.relight(dark);
+  assert.notDeepEqual(relighter.coefficients().slice(), inShadow);
+  assert.throws(() => relighter.relight({...dark, visibility() { throw new Error('of the host'); }}), /of the host/);
+  assert.deepEqual(relighter.coefficients().slice(), inShadow);
   assert.throws(() => new Relighter(bake, {lumaBands: 7}), /lumaBands is 7, expected 1 to 4/);
+  for (const name of ['lumaBands', 'chromaBands', 'movingParts', 'movingLag']) {
+    assert.throws(() => new Relighter(bake, {[name]: 1.5}), (e) => e instanceof RelumeError && e.message === `${name} is 1.5, expected a whole number from 0 on`);
+  }
   assert.throws(() => new Relighter(bake, {lumaBands: 2, chromaBands: 3}), /chromaBands is 3/);
   relighter.reset();
   relighter.dispose();
@@ -207,7 +247,7 @@ async function checkModule(module) {
   for (const [source, text] of [
     [damaged, /checksum/], [bytes.subarray(0, bytes.length >> 1), /file size: truncated/], [bytes.subarray(0, 20), /header/],
     [new Uint8Array(0), /empty file/], [new TextEncoder().encode('<!doctype html>'.repeat(100)), /header magic/], [42, /source is Number, expected a URL/],
-    [null, /source is null/], [{}, /source is Object/],
+    [null, /source is null/], [{}, /source is Object/], [handedOn(bytes), /handed on.*detached/],
   ]) {
     await assert.rejects(loadBake(source, {module}), (e) => e instanceof RelumeError && text.test(e.message) || assert.fail(`${e}, expected ${text}`));
   }
@@ -254,6 +294,33 @@ checkLight(await loadModule({moving: true}), await loadBake(bytes, {module: awai
   bake.dispose();
 }
 assert.equal(await loadModule(), await loadModule());
+for (const [options, text] of [[{folder: new URL('nowhere/', import.meta.url)}, /^relume-simd: the module cannot be loaded: .*nowhere/],
+                               [{simd: false, wasmBinary: new Uint8Array([1, 2, 3])}, /^relume-scalar: the module cannot be loaded: .*CompileError/]]) {
+  await assert.rejects(loadModule(options), (e) => e instanceof RelumeError && e.status === 2 && text.test(e.message) || assert.fail(`${e}, expected ${text}`));
+}
+
+// A name that two drivable materials have drives both.
+{
+  const glb = readFileSync(level), binAt = 20 + glb.readUInt32LE(12), scene = JSON.parse(glb.toString('utf8', 20, binAt));
+  Object.assign(scene.materials.find(({name}) => name === 'plaster'), {name: 'panel', extras: {relume: {drivable: true}}});
+  const json = Buffer.from(JSON.stringify(scene)), text = Buffer.concat([json, Buffer.alloc(-json.length & 3, ' ')]), twins = path.join(work, 'twins.glb');
+  const head = Buffer.from(glb.subarray(0, 20));
+  head.writeUInt32LE(20 + text.length + glb.length - binAt, 8);
+  head.writeUInt32LE(text.length, 12);
+  writeFileSync(twins, Buffer.concat([head, text, glb.subarray(binAt)]));
+  execFileSync(relume, ['bake', twins, '-o', `${twins}.relume`, '--preset', 'draft', '--surfels', '500', '--progress', 'none', '--force'], {stdio: 'pipe'});
+  const bake = await loadBake(readFileSync(`${twins}.relume`)), relighter = new Relighter(bake), radiance = [1, 2, 3];
+  assert.deepEqual(bake.drivableMaterials, ['panel', 'panel']);
+  const lightOf = (...materials) => {
+    relighter.reset();
+    relighter.relight({materials: materials.map((material) => ({material, radiance}))});
+    return relighter.coefficients().slice();
+  };
+  assert.deepEqual(lightOf('panel'), lightOf(0, 1));
+  assert.notDeepEqual(lightOf('panel'), lightOf(0));
+  relighter.dispose();
+  bake.dispose();
+}
 
 // Over HTTP: progress, what is not there, what ends early.
 const server = http.createServer((request, response) => {
@@ -308,6 +375,19 @@ assert.ok(frame.ms > 0 && frame.irradianceMap.length > 0);
 await assert.rejects(worker.relight({bounceScale: 3}), (e) => e instanceof RelumeError && /bounceScale/.test(e.message));
 await assert.rejects(worker.relight(setup), /could not be cloned/);
 await worker.reset();
+// Where it dies, the calls that wait and those that come are refused.
+{
+  const dying = await WorkerRelighter.create(bytes), wait = dying.relight(rest);
+  dying.worker.terminate();
+  await assert.rejects(Promise.all([wait, dying.relight(rest)]), (e) => e instanceof RelumeError && /the worker ended with 1/.test(e.message) || assert.fail(`${e}`));
+  await assert.rejects(dying.relight(rest), /the worker ended with 1/);
+  dying.dispose();
+  await assert.rejects(WorkerRelighter.create(bytes, {worker: new URL('nowhere.js', import.meta.url)}), /the worker failed: .*nowhere\.js/);
+  // The module's folder and the worker's own script, where they lie elsewhere.
+  const moved = await WorkerRelighter.create(bytes, {worker: pathToFileURL(path.join(folder, 'src', 'worker.js')), module: {folder: pathToFileURL(path.join(folder, 'wasm/'))}});
+  await moved.relight(rest);
+  moved.dispose();
+}
 const late = worker.relight(rest);
 worker.dispose();
 await assert.rejects(late, /was disposed of/);

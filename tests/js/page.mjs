@@ -163,24 +163,30 @@ window.tests = {
     }
     return {...found, live: context.live, renderer: gl.getParameter(gl.VERSION)};
   },
-  // A context that is lost and comes back: no error, and the same light as before.
-  async loseContext(name) {
+  // A context that is lost and comes back: no error, the same light as before, and no more memory of the module.
+  async loseContext(name, options = {}) {
     const bake = await bakeOf(name), {gl, canvas} = makeContext(), said = [];
     gl.getExtension('EXT_color_buffer_float');
-    const gpu = new GpuRelighter(gl, bake, {onLost: () => said.push('lost'), onRestored: () => said.push('restored')});
+    const gpu = new GpuRelighter(gl, bake, {...options, onLost: () => said.push('lost'), onRestored: () => said.push('restored')});
     const {positions, normals} = bake.surfels(), light = () => {
       for (let i = 0; i < 3; ++i) gpu.relight(setups.lights);
       return readResolve(gl, gpu, positions, normals, false);
     };
-    const before = light(), loss = gl.getExtension('WEBGL_lose_context'), event = (type) => new Promise((done) => canvas.addEventListener(type, done, {once: true}));
+    const before = light(), bytes = bake.module.liveBytes, loss = gl.getExtension('WEBGL_lose_context'), event = (type) => new Promise((done) => canvas.addEventListener(type, done, {once: true}));
     const lost = event('webglcontextlost');
     loss.loseContext();
     await lost;
     const refused = gpu.relight(setups.lights);
+    let made = '';
+    try {
+      new GpuRelighter(gl, bake);
+    } catch (error) {
+      made = `${error.name}: ${error.message}`;
+    }
     const restored = event('webglcontextrestored');
     setTimeout(() => loss.restoreContext(), 10);
     await restored;
-    const after = light(), result = {said, refused, same: before.every((v, i) => v === after[i]), rms: compare(after, before).rms, error: gl.getError()};
+    const after = light(), result = {said, refused, made, bytes: bake.module.liveBytes - bytes, same: before.every((v, i) => v === after[i]), rms: compare(after, before).rms, error: gl.getError()};
     gpu.dispose();
     return result;
   },
@@ -217,13 +223,14 @@ window.tests = {
     }
     gl.enable(gl.DEPTH_TEST);
     gl.viewport(1, 2, 3, 4);
-    gl.pixelStorei(gl.UNPACK_FLIP_Y_WEBGL, true);
+    const unpack = {UNPACK_FLIP_Y_WEBGL: true, UNPACK_SKIP_IMAGES: 1, UNPACK_IMAGE_HEIGHT: 256, UNPACK_SKIP_ROWS: 2};
+    for (const [key, value] of Object.entries(unpack)) gl.pixelStorei(gl[key], value);
     for (const name of names) relighters.push(new GpuRelighter(gl, await bakeOf(name)));
     for (let i = 0; i < 3; ++i) for (const relighter of relighters) relighter.relight(setups.lights);
-    const state = [gl.isEnabled(gl.DEPTH_TEST), [...gl.getParameter(gl.VIEWPORT)], gl.getParameter(gl.UNPACK_FLIP_Y_WEBGL),
+    const state = [gl.isEnabled(gl.DEPTH_TEST), [...gl.getParameter(gl.VIEWPORT)], Object.entries(unpack).every(([key, value]) => gl.getParameter(gl[key]) === value),
                    gl.getParameter(gl.FRAMEBUFFER_BINDING) === null];
     gl.disable(gl.DEPTH_TEST);
-    gl.pixelStorei(gl.UNPACK_FLIP_Y_WEBGL, false);
+    for (const key of Object.keys(unpack)) gl.pixelStorei(gl[key], 0);
     const same = [];
     for (let i = 0; i < 2; ++i) same.push((await light(relighters[i], names[i])).every((v, k) => v === alone[i][k]));
     for (const relighter of relighters) relighter.dispose(), relighter.dispose();
@@ -281,6 +288,12 @@ window.tests = {
     refused('direction', () => gpu.relight({lights: [{kind: 'spot', intensity: [1, 1, 1], direction: [0, 2, 0]}]}));
     refused('bounce', () => gpu.relight({bounceScale: 2}));
     refused('size', () => gpu.relight({surfelIrradiance: [1, 2, 3]}));
+    refused('number', () => gpu.relight({surfelIrradiance: 5}));
+    refused('irradiance', () => gpu.relight({surfelIrradiance: new Float32Array(3 * bake.info.surfels).fill(NaN, 3, 4)}));
+    refused('patches', () => gpu.relight({skyPatches: new Float32Array(3 * bake.info.skyPatches).fill(-1)}));
+    refused('sky', () => gpu.relight({skyRadiance: [1e30, 0, 0]}));
+    refused('element', () => gpu.relight({lights: [null]}));
+    refused('setup', () => gpu.relight(null));
     refused('visibility', () => gpu.relight({visibility() {}}));
     refused('context', () => new GpuRelighter(document.createElement('canvas').getContext('2d'), bake));
     refused('glsl', () => new GpuRelighter(gl, bake, {visibilityGlsl: 'float relumeVisibility(uint l, vec3 p, vec3 n) { return nothing; }'}));
@@ -305,10 +318,19 @@ window.tests = {
       frame = await worker.relight(setups.sky, ['coefficients']);
     }
     const same = here.coefficients().every((v, i) => v === frame.coefficients[i]);
+    // One in a worker, by a script of its own, with the module's folder named; and what is not there.
+    const within = URL.createObjectURL(new Blob([`import {WorkerRelighter} from '${location.origin}/relume/src/index.js';
+      const options = {worker: '${location.origin}/relume/src/worker.js', module: {folder: new URL('${location.origin}/relume/wasm/')}};
+      WorkerRelighter.create('${location.origin}/work/${name}', options).then((made) => made.relight({}, ['coefficients']))
+          .then((frame) => postMessage(frame.coefficients.length), (error) => postMessage(String(error)));`], {type: 'text/javascript'}));
+    const outer = new Worker(within, {type: 'module'}), nested = await new Promise((done) => (outer.onmessage = ({data}) => done(data)));
+    outer.terminate();
+    const lost = await WorkerRelighter.create(`/work/${name}`, {worker: '/missing.js'}).catch((error) => error.message);
+    const nowhere = await loadModule({folder: new URL('/missing/', location.href)}).catch((error) => `${error.name}: ${error.message}`);
     worker.dispose();
     here.dispose();
     bake.dispose();
-    return {texts, progress: [progress[0], progress.at(-1)], same, left: module.liveBytes - before, simd: module.simd};
+    return {texts, progress: [progress[0], progress.at(-1)], same, nested: nested === frame.coefficients.length || nested, lost, nowhere, left: module.liveBytes - before, simd: module.simd};
   },
 };
 document.documentElement.dataset.ready = 'yes';

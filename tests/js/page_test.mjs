@@ -45,8 +45,13 @@ try {
     assert.equal(found.live, 0, 'objects that nothing deleted');
   }
 
-  const lost = await run(`tests.loseContext('level.relume')`);
-  assert.deepEqual({...lost, rms: lost.rms > 0}, {said: ['lost', 'restored'], refused: false, same: true, rms: true, error: 0});
+  for (const options of ['{}', '{forceFallback: true}']) {
+    const lost = await run(`tests.loseContext('level.relume', ${options})`);
+    assert.deepEqual({...lost, rms: lost.rms > 0}, {
+      said: ['lost', 'restored'], refused: false, same: true, rms: true, error: 0, bytes: 0,
+      made: 'RelumeError: GpuRelighter: the context is lost; make the relighter when it has come back (webglcontextrestored)',
+    });
+  }
 
   const fallback = await run(`tests.fallBack('level.relume')`);
   assert.deepEqual({...fallback, y: fallback.y < 0.001}, {
@@ -65,7 +70,9 @@ try {
   const {texts, ...rest} = await run(`tests.refusals('level.relume')`);
   const kTexts = {
     kind: /lights\[0\]\.kind is "sun"/, nan: /lights\[0\]\.intensity/, direction: /lights\[0\]\.direction has length 2/, bounce: /bounceScale is 2/,
-    size: /surfelIrradiance has 3 elements, expected \d+/, visibility: /visibility is for the CPU/, context: /expected a WebGL 2 context/,
+    size: /surfelIrradiance has 3 elements, expected \d+/, number: /surfelIrradiance is 5, expected \d+ numbers/,
+    irradiance: /surfelIrradiance\[1\] is NaN,0,0, expected/, patches: /skyPatches\[0\] is -1,-1,-1, expected/, sky: /skyRadiance is 1e\+30,0,0, expected/,
+    element: /lights\[0\] is null/, setup: /setup is null/, visibility: /visibility is for the CPU/, context: /expected a WebGL 2 context/,
     glsl: /light_surfels does not compile: .*nothing/s, side: /a texture of \d+ texels is needed, this WebGL has at most 64/, disposed: /was disposed of/,
   };
   for (const [key, text] of Object.entries(kTexts)) assert.match(texts[key], text);
@@ -73,13 +80,16 @@ try {
   assert.deepEqual({...rest, size: rest.size > 64}, {accepted: true, size: true, live: 0, error: 0});
 
   const bytes = statSync(path.join(work, 'level.relume')).size;
-  assert.deepEqual(await run(`tests.loading('level.relume')`), {
+  const {lost, nowhere, ...loaded} = await run(`tests.loading('level.relume')`);
+  assert.match(lost, /the worker failed: its script cannot be loaded; docs\/guide\/web\.md/);
+  assert.match(nowhere, /^RelumeError: relume-simd: the module cannot be loaded: .*missing\/relume-simd\.mjs/);
+  assert.deepEqual(loaded, {
     texts: {'/work/missing.relume': '/work/missing.relume: HTTP 404 Not Found',
             '/page.html': '/page.html: header magic: expected a Relume bake, found something else'},
-    progress: [[0, bytes], [bytes, bytes]], same: true, left: 0, simd: true,
+    progress: [[0, bytes], [bytes, bytes]], same: true, nested: true, left: 0, simd: true,
   });
-  // Chromium itself reports the 404 that was asked for, and nothing else.
-  browser.problems = browser.problems.filter((text) => !/404 .*missing\.relume/.test(text));
+  // Chromium itself reports each 404 that was asked for, and nothing else.
+  browser.problems = browser.problems.filter((text) => !/404 .*missing/.test(text));
   assert.deepEqual(browser.problems, []);
   console.log('passed');
 } catch (error) {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// samples/05_web, built by its one command, in headless Chromium: wide and as on a phone, the lamp dragged, the three ways to show light.
+// samples/05_web, built by its one command, in headless Chromium: wide and as on a phone, the lamp dragged, the three ways to show light, two levels
+// chosen in a row.
 //   node sample_test.mjs PACKAGE RELUME SAMPLE WORK
 import assert from 'node:assert/strict';
 import {spawnSync} from 'node:child_process';
-import {mkdirSync, writeFileSync} from 'node:fs';
+import {copyFileSync, mkdirSync, writeFileSync} from 'node:fs';
 import path from 'node:path';
 import {Chromium, needChromium, serve, skip} from './chromium.mjs';
 
@@ -12,7 +13,9 @@ const program = needChromium(folder, {long: true});
 if (spawnSync('npm', ['view', 'three', 'version'], {timeout: 30000}).status !== 0) skip('npm reaches no registry for three');
 mkdirSync(work, {recursive: true});
 const out = path.join(work, 'page'), env = {...process.env, RELUME: relume, RELUME_NPM: folder, PRESET: 'draft'};
-const built = spawnSync(path.join(sample, 'build.sh'), [out], {env, encoding: 'utf8', timeout: 900000});
+const level = path.join(sample, '..', 'level', 'two_rooms.glb'), again = path.join(work, 'again.glb');
+copyFileSync(level, again);
+const built = spawnSync(path.join(sample, 'build.sh'), [out, level, again], {env, encoding: 'utf8', timeout: 900000});
 assert.equal(built.status, 0, built.stderr);
 const missing = spawnSync(path.join(sample, 'build.sh'), [out, 'missing.glb'], {env, encoding: 'utf8'});
 assert.ok(missing.status === 1 && /missing\.glb: there is no such level/.test(missing.stderr));
@@ -48,6 +51,24 @@ for (const [name, size] of Object.entries({wide: {width: 960, height: 540}, phon
     const dragged = await browser.screenshot();
     writeFileSync(path.join(work, `${name}_dragged.png`), dragged);
     assert.ok(!dragged.equals(pictures.both));
+    // Two choices in a row: the level of the last one alone is in the scene. three's classes are the page's.
+    await browser.run(`import('three').then(({Object3D}) => {
+      const {add} = Object3D.prototype;
+      Object3D.prototype.add = function (...objects) {
+        if (this.isScene) window.scene = this;
+        return add.apply(this, objects);
+      };
+      const select = document.getElementById('level');
+      for (const name of ['again', 'two_rooms']) {
+        select.value = name;
+        select.dispatchEvent(new Event('change'));
+      }
+    })`);
+    const roots = '(window.scene?.children.filter((object) => object.isGroup).length ?? 0)';
+    const loaded = `performance.getEntriesByType('resource').filter(({name}) => /levels\\/.*(glb|gz)$/.test(name)).length`;
+    await browser.until(async () => await browser.run(`${loaded} === 6 && ${roots} > 0`), 'the levels do not load');
+    await frames(10);
+    assert.equal(await browser.run(roots), 1, 'levels in the scene');
     assert.deepEqual(browser.problems, []);
   } catch (error) {
     console.log(browser.said.slice(-20).join('\n'));

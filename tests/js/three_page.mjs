@@ -193,6 +193,51 @@ window.tests = {
     };
     return {pixels, lit, dark, energy: sum / expected, rmse: Math.sqrt(d2 / y2), twice, elsewhere, size, refusals, error, backend: lighting.relighter.backend};
   },
+  // A level's bake replaced by a new one, which is applied before the old one is disposed of: the indirect light stays, and at the end the
+  // host has its materials back, but for one that it changed itself. Before that a context that is lost before the first update().
+  async reload(camera, light) {
+    const {renderer, scene, view} = await open(camera, [light], kSize, false), own = new Map();
+    scene.traverse((mesh) => mesh.isMesh && own.set(mesh, mesh.material));
+    const target = new THREE.WebGLRenderTarget(...kSize, {type: THREE.FloatType}), pixels = new Float32Array(4 * kSize[0] * kSize[1]);
+    const load = async () => {
+      const lighting = await new RelumeLoader().loadAsync('/work/level.relume');
+      lighting.applyTo(scene);
+      lighting.show.set(0, 1);
+      return lighting;
+    };
+    const sumOf = (lighting) => {
+      for (let i = 0; i < 6; ++i) {
+        renderer.render(scene, view);
+        lighting.update(renderer, scene, {emissionScale: [0, 0, 0]});
+      }
+      renderer.setRenderTarget(target);
+      renderer.render(scene, view);
+      renderer.readRenderTargetPixels(target, 0, 0, ...kSize, pixels);
+      renderer.setRenderTarget(null);
+      return pixels.reduce((sum, v, i) => (i % 4 < 3 ? sum + v : sum), 0);
+    };
+    const event = (type) => new Promise((done) => renderer.domElement.addEventListener(type, done, {once: true}));
+    const old = await load(), lost = event('webglcontextlost');
+    renderer.forceContextLoss();
+    renderer.render(scene, view);
+    old.update(renderer, scene);
+    await lost;
+    const waits = old.relighter === null, restored = event('webglcontextrestored');
+    setTimeout(() => renderer.forceContextRestore(), 10);
+    await restored;
+    const before = sumOf(old), next = await load();
+    old.dispose();
+    const after = sumOf(next), [changed] = own.keys(), mine = new THREE.MeshBasicMaterial();
+    changed.material = mine;
+    next.dispose();
+    const back = [...own].every(([mesh, material]) => mesh.material === (mesh === changed ? mine : material));
+    this.clean = async () => {
+      target.dispose();
+      renderer.dispose();
+      return (await loadModule()).liveBytes;
+    };
+    return {before, change: after / before - 1, waits, back, meshes: own.size, error: renderer.getContext().getError()};
+  },
   // The level with its own materials, all light, and a ball that moves through it.
   async full(camera, lights) {
     const {renderer, scene, view} = await open(camera, lights, [800, 450], true);

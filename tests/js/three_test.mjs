@@ -61,6 +61,11 @@ try {
     const left = await browser.run('tests.clean()');
     assert.ok(left.bytes <= 100 && !left.inScene, JSON.stringify(left));
   }
+  const {before, change, meshes, ...reloaded} = await browser.run(`tests.reload('cam_living', 'lamp')`);
+  console.log(`a bake replaced: indirect light changes by ${(100 * change).toFixed(3)} %`);
+  assert.ok(before > 100 && meshes > 10 && Math.abs(change) < 1e-3, JSON.stringify({before, change, meshes}));
+  assert.deepEqual(reloaded, {waits: true, back: true, error: 0});
+  assert.ok(await browser.run('tests.clean()') <= 100, 'bytes that nothing gave back');
   const full = await browser.run(`tests.full('cam_living', ['sun', 'lamp'])`);
   writeFileSync(path.join(work, 'full_three.png'), await browser.screenshot());
   assert.equal(full.errors, 0);

@@ -3,7 +3,8 @@
 // that of include/relume/relume.h; index.d.ts says what JavaScript hands over. Bake and Relighter own memory of the module,
 // which no garbage collector sees: dispose() of both gives it back.
 
-import {countOf, forgotten, kInvalidFile, kIo, kMemory, kUsage, list, RelumeError, vector} from './errors.js';
+import {countOf, forgotten, kInvalidFile, kIo, kMemory, kUsage, list, object, RelumeError, sized, vector, whole} from './errors.js';
+import {kModuleFiles} from './module_files.js';
 import {handParts, requireMoving, shapesOf} from './moving.js';
 
 export {RelumeError};
@@ -29,20 +30,25 @@ export function loadModule(options = {}) {
   return shared;
 }
 
-async function makeModule({simd = hasSimd(), moving = false, folder = new URL('../wasm/', import.meta.url), wasmBinary} = {}) {
+async function makeModule({simd = hasSimd(), moving = false, folder, wasmBinary} = {}) {
   const name = `relume-${simd ? 'simd' : 'scalar'}${moving ? '-moving' : ''}`;
-  const make = (await import(/* @vite-ignore */ new URL(`${name}.mjs`, folder).href)).default;
-  if (!wasmBinary && isNode) {
-    const files = 'node:fs/promises';  // in a variable, so that bundlers for pages let it be
-    wasmBinary = await (await import(/* @vite-ignore */ files)).readFile(new URL(`${name}.wasm`, folder));
-  }
+  const fileOf = (end) => (folder ? new URL(`${name}.${end}`, folder) : kModuleFiles[`${name}.${end}`]());
   const callbacks = new Map();
-  const wasm = await make({
-    ...(wasmBinary ? {wasmBinary} : {}),
-    locateFile: (file) => new URL(file, folder).href,
-    relumeVisibility: (relighter, ...given) => callbacks.get(relighter)(...given),
-  });
-  return new Module(wasm, callbacks, simd);
+  try {
+    const make = (await import(/* webpackIgnore: true */ /* @vite-ignore */ fileOf('mjs').href)).default;
+    if (!wasmBinary && isNode) {
+      const files = 'node:fs/promises';  // in a variable, so that bundlers for pages let it be
+      wasmBinary = await (await import(/* webpackIgnore: true */ /* @vite-ignore */ files)).readFile(fileOf('wasm'));
+    }
+    const wasm = await make({
+      ...(wasmBinary ? {wasmBinary} : {}),
+      locateFile: () => fileOf('wasm').href,
+      relumeVisibility: (relighter, ...given) => callbacks.get(relighter)(...given),
+    });
+    return new Module(wasm, callbacks, simd);
+  } catch (error) {
+    throw new RelumeError(`${name}: the module cannot be loaded: ${error?.message ?? error}`, kIo);
+  }
 }
 
 export class Module {
@@ -100,8 +106,12 @@ async function readBody(response, onProgress) {
 
 // The parts of what `source` names or is.
 async function readSource(source, {onProgress, signal} = {}) {
-  if (source instanceof ArrayBuffer) return [new Uint8Array(source)];
-  if (ArrayBuffer.isView(source)) return [new Uint8Array(source.buffer, source.byteOffset, source.byteLength)];
+  try {
+    if (source instanceof ArrayBuffer) return [new Uint8Array(source)];
+    if (ArrayBuffer.isView(source)) return [new Uint8Array(source.buffer, source.byteOffset, source.byteLength)];
+  } catch {
+    throw new RelumeError('loadBake: the bytes of source were handed on, as to a worker (a detached ArrayBuffer)', kUsage);
+  }
   if (typeof source !== 'string' && !(source instanceof URL)) {
     const what = source === null ? 'null' : (source?.constructor?.name ?? typeof source);
     throw new RelumeError(`loadBake: source is ${what}, expected a URL, an ArrayBuffer or a view of one`, kUsage);
@@ -195,7 +205,7 @@ export class Bake {
     }
   }
   instanceName(instance) {
-    return this.module.text(this.module.wasm._relume_bake_instance_name(this.alive, instance));
+    return this.module.text(this.module.wasm._relume_bake_instance_name(this.alive, whole('instance', instance)));
   }
   // Names of the materials whose light a frame may replace.
   get drivableMaterials() {
@@ -204,6 +214,7 @@ export class Bake {
                       (_, i) => this.module.text(wasm._relume_bake_drivable_name(this.address, i)));
   }
   lightmapCoordinates(instance, {backSide = false} = {}) {
+    whole('instance', instance);
     const {wasm} = this.module, count = this.module.allocate(4);
     try {
       this.check(wasm._relume_bake_lightmap_coordinates(this.alive, instance, backSide ? 1 : 0, 0, count));
@@ -262,7 +273,8 @@ export class Relighter {
   constructor(bake, {lumaBands = 0, chromaBands = 0, glossy = false, gridTexture = false, movingParts = 0, movingLag = 0} = {}) {
     this.module = bake.module;
     const wasm = this.module.wasm;
-    if (!(lumaBands >= 0 && lumaBands <= kMaxBands)) {
+    for (const [name, value] of Object.entries({lumaBands, chromaBands, movingParts, movingLag})) whole(name, value);
+    if (lumaBands > kMaxBands) {
       throw new RelumeError(`lumaBands is ${lumaBands}, expected 1 to ${kMaxBands}, or 0 for the bake's choice`, kUsage);
     }
     if (movingParts > 0) requireMoving(this.module, `movingParts is ${movingParts}`);
@@ -296,31 +308,37 @@ export class Relighter {
   // An array of the setup, copied in; 0 where there is none.
   hand(name, values, count) {
     if (values === undefined || values === null) return 0;
-    if (values.length !== count) {
-      throw new RelumeError(`${name} has ${values.length} elements, expected ${count}`, kUsage);
-    }
+    sized(name, values, count);
     const address = this.block(name, 4 * count);
     this.module.floats(address, count).set(values);
     return address;
   }
-  // {name or index, radiance}, as relume_material_emission has them.
+  // Indices of the drivable materials that materials[i] names: all of that name, or the one of that index.
+  drivenBy(i, material) {
+    if (typeof material !== 'string') return [whole(`materials[${i}].material`, material, 'a name, or a whole number from 0 on')];
+    const found = [...this.drivable.keys()].filter((index) => this.drivable[index] === material);
+    if (found.length > 0) return found;
+    const names = this.drivable.map((name) => `"${name}"`).join(', ') || 'none';
+    throw new RelumeError(`materials[${i}]: no drivable material "${material}"; the bake has ${names}`, kUsage);
+  }
+  // {name or index, radiance}, as relume_material_emission has them, and how many those are.
   handMaterials(materials) {
-    const kWords = 7, address = this.block('materials', 4 * kWords * Math.max(materials.length, 1));
-    const words = this.module.words(address, kWords * materials.length), floats = this.module.floats(address, kWords * materials.length);
-    materials.forEach(({material, radiance}, i) => {
-      const index = typeof material === 'string' ? this.drivable.indexOf(material) : material;
-      if (index < 0) {
-        const names = this.drivable.map((name) => `"${name}"`).join(', ') || 'none';
-        throw new RelumeError(`materials[${i}]: no drivable material "${material}"; the bake has ${names}`, kUsage);
-      }
-      words.fill(0, kWords * i, kWords * (i + 1));
-      words[kWords * i] = index;
-      floats.set(vector(`materials[${i}].radiance`, radiance), kWords * i + 1);
+    const driven = materials.flatMap(({material, radiance}, i) => {
+      const color = vector(`materials[${i}].radiance`, radiance);
+      return this.drivenBy(i, material).map((index) => [index, color]);
     });
-    return address;
+    const kWords = 7, address = this.block('materials', 4 * kWords * Math.max(driven.length, 1));
+    const words = this.module.words(address, kWords * driven.length), floats = this.module.floats(address, kWords * driven.length);
+    words.fill(0);
+    driven.forEach(([index, color], i) => {
+      words[kWords * i] = index;
+      floats.set(color, kWords * i + 1);
+    });
+    return {address, count: driven.length};
   }
   relight(setup = {}) {
     const {wasm} = this.module, relighter = this.alive;
+    object('setup', setup);
     const lights = list('lights', setup.lights ?? []), materials = list('materials', setup.materials ?? []);
     const lightBlock = this.block('lights', 4 * kLightWords * Math.max(lights.length, kLightMin));
     const irradiance = this.hand('surfelIrradiance', setup.surfelIrradiance, 3 * this.info.surfels);
@@ -331,8 +349,10 @@ export class Relighter {
     const scalars = this.block('scalars', 4 * kScalars);
     // From here on nothing is allocated here, so that these views last.
     writeLights(this.module, lights, lightBlock);
-    this.module.floats(scalars, kScalars)
-        .set([...vector('skyRadiance', setup.skyRadiance ?? kZero), ...vector('emissionScale', setup.emissionScale ?? kOne), setup.bounceScale ?? 1]);
+    const to = this.module.floats(scalars, kScalars);
+    to.set(vector('skyRadiance', setup.skyRadiance ?? kZero));
+    to.set(vector('emissionScale', setup.emissionScale ?? kOne), 3);
+    to[6] = setup.bounceScale ?? 1;
     let thrown = null;
     if (setup.visibility) {
       this.module.callbacks.set(relighter, (light, count, positions, normals, visible) => {
@@ -347,7 +367,7 @@ export class Relighter {
     }
     try {
       this.check(wasm._relume_web_relight(relighter, lightBlock, lights.length, setup.visibility ? 1 : 0, irradiance, emission, sky,
-                                          scalars, driven, materials.length, parts, movingParts.length, shapes));
+                                          scalars, driven.address, driven.count, parts, movingParts.length, shapes));
     } finally {
       this.module.callbacks.delete(relighter);
     }
@@ -417,7 +437,9 @@ export class Relighter {
   }
   // Texels of one of textureResolve().textures, by its index.
   resolveTexels(texture) {
-    const {bytes} = this.textureResolve().textures[texture];
+    const {textures} = this.textureResolve();
+    if (!textures[texture]) throw new RelumeError(`texture is ${texture}, expected less than ${textures.length}`, kUsage);
+    const {bytes} = textures[texture];
     return this.output(`texture${texture}`, bytes, (to) => this.module.wasm._relume_resolve_texture_write(this.alive, texture, to, bytes));
   }
   dispose() {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Radiometric and metric throughout; +Y up; colours are linear red, green, blue. include/relume/relume.h says more.
+// Radiometric and metric throughout; +Y up; colours are linear red, green, blue. include/relume/relume.h says more. Vectors that are
+// handed over are any arrays of three numbers, as toArray() of three.js' vectors and colours gives them.
 
 export type Vector3 = readonly [number, number, number];
 
-/** What the library refused, by its own text. */
+/** What was refused, or could not be loaded, by the library's own text. */
 export class RelumeError extends Error {
   constructor(message: string, status?: number);
   /** relume_status: 1 usage, 2 input and output, 3 invalid file, 4 failed, 5 unsupported, 6 memory; 0 unknown. */
@@ -15,7 +16,7 @@ export interface ModuleOptions {
   simd?: boolean;
   /** With things that move (MovingShapes), a sixth larger; default false. */
   moving?: boolean;
-  /** Folder of the .mjs and .wasm files; default: the package's. */
+  /** Folder of the .mjs and .wasm files, absolute, with a / at its end; default: the package's. */
   folder?: URL;
   /** The .wasm file's bytes, where they cannot be fetched. */
   wasmBinary?: ArrayBuffer | Uint8Array;
@@ -85,11 +86,11 @@ export class Bake {
 export interface Light {
   kind: 'directional' | 'point' | 'spot';
   /** Point, spot [W/sr]; directional [W/m²]. */
-  intensity: Vector3;
+  intensity: ArrayLike<number>;
   /** [m] */
-  position?: Vector3;
+  position?: ArrayLike<number>;
   /** Unit, the way the light travels. */
-  direction?: Vector3;
+  direction?: ArrayLike<number>;
   /** [m] 0 = no limit. */
   range?: number;
   /** [rad] of a spot; default 0. */
@@ -112,7 +113,7 @@ export interface MovingMesh {
 
 /** What moves through a baked level, shadows its indirect light and throws colour: for modules of loadModule({moving: true}). */
 export class MovingShapes {
-  constructor(module: Module, meshes: MovingMesh[]);
+  constructor(module: Module, meshes: readonly MovingMesh[]);
   /** Gives the memory back; frames must not name it any more. */
   dispose(): void;
 }
@@ -125,7 +126,7 @@ export interface MovingPart {
 }
 
 export interface LightSetup {
-  lights?: Light[];
+  lights?: readonly Light[];
   /** [W/m²] three floats per surfel, in place of the lights: the host's own direct light with its shadows. */
   surfelIrradiance?: ArrayLike<number>;
   /** [W/m²/sr] three floats per surfel, in place of the baked emission. */
@@ -133,20 +134,21 @@ export interface LightSetup {
   /** [W/m²/sr] three floats per patch of sky, in place of skyRadiance. */
   skyPatches?: ArrayLike<number>;
   /** [W/m²/sr] of a constant sky; default 0. */
-  skyRadiance?: Vector3;
+  skyRadiance?: ArrayLike<number>;
   /** Factor on the baked emission; default 1. */
-  emissionScale?: Vector3;
+  emissionScale?: ArrayLike<number>;
   /** [0..1] share of last frame's light; default 1. */
   bounceScale?: number;
-  /** [W/m²/sr] in place of the baked emission of drivable materials, by name or index. */
-  materials?: {material: string | number; radiance: Vector3}[];
+  /** [W/m²/sr] in place of the baked emission of drivable materials: of all that have the name, or of the one with the index. */
+  materials?: readonly {material: string | number; radiance: ArrayLike<number>}[];
   /** What stands where in this frame, lit by the lights and by last frame's grid. `visibility` answers for points on parts as well. */
-  movingParts?: MovingPart[];
+  movingParts?: readonly MovingPart[];
   /** What movingParts name. WorkerRelighter: setMovingShapes(). */
   movingShapes?: MovingShapes;
   /**
    * Shares [0..1] of a light that reach `count` points: the host's shadows. Write all of `visible`. The arrays end with the call.
-   * Relighter alone: a worker cannot call the page.
+   * Relighter alone: a worker cannot call the page. If it throws, relight() throws the same, but the frame is applied, with the points that
+   * had no answer in shadow: reset() forgets it.
    */
   visibility?: (light: number, count: number, positions: Float32Array, normals: Float32Array, visible: Float32Array) => void;
 }
@@ -207,6 +209,13 @@ export class Relighter {
   dispose(): void;
 }
 
+export interface WorkerRelighterOptions extends RelighterOptions {
+  module?: ModuleOptions;
+  onProgress?: (received: number, total: number) => void;
+  /** Script of the worker, `relume/worker`, where a bundler put it elsewhere than beside the page's script as worker.js. */
+  worker?: URL | string;
+}
+
 export interface WorkerFrame {
   /** Of relight() in the worker. */
   ms: number;
@@ -216,12 +225,11 @@ export interface WorkerFrame {
   coefficients?: Float32Array;
 }
 
-/** The same in a worker: frames come as promises. */
+/** The same in a worker: frames come as promises. Where the worker fails or ends, calls that wait and later ones are rejected. */
 export class WorkerRelighter {
   private constructor();
   static create(source: string | URL | ArrayBuffer | ArrayBufferView,
-                options?: RelighterOptions & {module?: ModuleOptions; onProgress?: (received: number, total: number) => void}):
-      Promise<WorkerRelighter>;
+                options?: WorkerRelighterOptions): Promise<WorkerRelighter>;
   readonly info: BakeInfo;
   readonly simd: boolean;
   readonly coefficientsPerCache: number;
@@ -232,8 +240,8 @@ export class WorkerRelighter {
   /** Texels of the textures that are written once; null for the others. */
   readonly still: (Uint8Array | null)[];
   /** What the movingParts of later frames name. */
-  setMovingShapes(meshes: MovingMesh[]): Promise<void>;
-  relight(setup?: Omit<LightSetup, 'visibility' | 'movingShapes'>, wants?: ('textures' | 'irradianceMap' | 'coefficients')[]): Promise<WorkerFrame>;
+  setMovingShapes(meshes: readonly MovingMesh[]): Promise<void>;
+  relight(setup?: Omit<LightSetup, 'visibility' | 'movingShapes'>, wants?: readonly ('textures' | 'irradianceMap' | 'coefficients')[]): Promise<WorkerFrame>;
   reset(): Promise<void>;
   dispose(): void;
 }

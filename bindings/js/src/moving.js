@@ -2,7 +2,7 @@
 // Things that move through a baked level, and take part in its indirect light: rigid meshes become shapes once, and each frame
 // says which of them stand where (include/relume/moving_shapes.h). For modules of loadModule({moving: true}) alone: the others
 // are a sixth smaller.
-import {forgotten, kUnsupported, kUsage, RelumeError} from './errors.js';
+import {countOf, forgotten, kUnsupported, kUsage, list, RelumeError, whole} from './errors.js';
 
 const kMeshWords = 8, kPartWords = 13;
 
@@ -18,11 +18,9 @@ export class MovingShapes {
   constructor(module, meshes) {
     requireMoving(module, 'MovingShapes');
     // relume_moving_mesh of 32-bit machines, then what they point to.
-    const arrays = meshes.map((mesh, i) => [['positions', 3], ['triangles', 3], ['albedo', 3], ['emission', 3]].map(([name, width]) => {
+    const arrays = list('meshes', meshes).map((mesh, i) => [['positions', 3], ['triangles', 3], ['albedo', 3], ['emission', 3]].map(([name, width]) => {
       const values = mesh[name] ?? [];
-      if (values.length % width !== 0) {
-        throw new RelumeError(`meshes[${i}].${name} has ${values.length} elements, expected ${width} for each`, kUsage);
-      }
+      countOf(`meshes[${i}].${name}`, values, width);
       return values;
     }));
     const words = arrays.reduce((sum, mesh) => sum + mesh.reduce((all, values) => all + values.length, kMeshWords), 0);
@@ -54,6 +52,7 @@ export function handParts(relighter, parts) {
   const {module} = relighter, address = relighter.block('parts', 4 * kPartWords * Math.max(parts.length, 1));
   const words = module.words(address, kPartWords * parts.length), floats = module.floats(address, kPartWords * parts.length);
   parts.forEach(({shape, toWorld}, i) => {
+    whole(`movingParts[${i}].shape`, shape);
     if (toWorld?.length !== 12 && toWorld?.length !== 16) {
       throw new RelumeError(`movingParts[${i}].toWorld has ${toWorld?.length} elements, expected 12 or 16, by columns`, kUsage);
     }

@@ -17,6 +17,7 @@ export class RelumeLighting {
   /**
    * All meshes below, those of the level and those that move: MeshStandardMaterial, MeshPhysicalMaterial, MeshLambertMaterial and
    * MeshPhongMaterial, which are replaced by clones. What has the light-map coordinates of `relume export` reads the light map, the rest the grid.
+   * What another lighting lit is this one's from then on: to replace a bake, apply the new one and then dispose of the old.
    */
   applyTo(object: Object3D): this;
   /**
@@ -26,9 +27,9 @@ export class RelumeLighting {
   probes(options?: RelumeProbeOptions): RelumeProbes;
   /** The relighter and its textures before the first frame; update() does it as well. */
   prepare(renderer: WebGLRenderer): void;
-  /** After renderer.render(scene, camera): relights for the next frame by the scene's lights and the shadow maps of this one. */
+  /** After renderer.render(scene, camera): relights for the next frame by the scene's lights and the shadow maps of this one. Nothing while the context is lost. */
   update(renderer: WebGLRenderer, scene: Scene, setup?: Omit<GpuLightSetup, 'lights' | 'surfelIrradiance' | 'surfelIrradianceTexture'>): void;
-  /** Puts the materials back, gives back what the GPU and the module hold, and disposes of the bake. */
+  /** Puts the materials back where meshes still have this lighting's, gives back what the GPU and the module hold, and disposes of the bake. */
   dispose(): void;
 }
 

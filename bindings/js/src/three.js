@@ -12,6 +12,10 @@ export {RelumeProbes};
 const kLayer = 31;    // of the surfels, and of lights in addition to their own
 const kWidth = 512;   // [texel] rows of surfels
 
+// The host's material of each clone, of all lightings: the last one that is applied to a mesh lights it.
+const originals = new WeakMap();
+const eachOf = (material, use) => (Array.isArray(material) ? material.map(use) : use(material));
+
 // GLSL in place of, or after, one of three's chunks.
 const after = (text, chunk, more) => {
   const at = `#include <${chunk}>`;
@@ -48,7 +52,7 @@ export class RelumeLighting {
     this.options = options;
     this.show = new THREE.Vector2(1, 1);  // factors on direct light and on indirect light
     this.patched = new Map();             // [map, grid] variants of a material, by the original
-    this.meshes = new Map();              // originals of the materials by mesh
+    this.meshes = new Map();              // {original, worn}: what a mesh had and what it has of ours, by mesh
     this.relighter = null;
     this.uniforms = {relumeShow: {value: this.show}, relumeGrid: {value: new Float32Array(24)}};
     this.probeGrids = new Set();
@@ -61,17 +65,19 @@ export class RelumeLighting {
     return grid;
   }
 
-  // All meshes below, those of the level and those that move. Materials are replaced by clones; dispose() puts them back.
+  // All meshes below, those of the level and those that move. Materials are replaced by clones, another lighting's too; dispose() puts
+  // the host's back where a mesh still has ours.
   applyTo(object) {
     object.traverse((mesh) => {
-      if (!mesh.isMesh || this.meshes.has(mesh)) return;
-      this.meshes.set(mesh, mesh.material);
+      if (!mesh.isMesh || mesh.material === this.meshes.get(mesh)?.worn) return;
       const set = mesh.userData.relume?.lightmapTexcoord ?? 1, name = set === 0 ? 'uv' : `uv${set}`;
       const back = mesh.userData.relume?.backLightmapTexcoord;
       const onMap = Boolean(mesh.geometry.attributes[name]) && !mesh.isSkinnedMesh && !mesh.isInstancedMesh;
       const kind = onMap ? `${name}${back !== undefined && mesh.geometry.attributes[`uv${back}`] ? `,uv${back}` : ''}` : 'grid';
-      const patch = (material) => this.patch(material, kind);
-      mesh.material = Array.isArray(mesh.material) ? mesh.material.map(patch) : patch(mesh.material);
+      const original = eachOf(mesh.material, (material) => originals.get(material) ?? material);
+      const worn = eachOf(original, (material) => this.patch(material, kind));
+      this.meshes.set(mesh, {original, worn});
+      mesh.material = worn;
     });
     return this;
   }
@@ -126,6 +132,7 @@ export class RelumeLighting {
     };
     // Two lightings may have other bands, and so other shaders.
     clone.customProgramCacheKey = () => `${material.customProgramCacheKey()}relume ${kind} ${this.glslKey ?? ''}`;
+    originals.set(clone, material);
     return variants[kind] = clone;
   }
 
@@ -188,6 +195,7 @@ export class RelumeLighting {
   // After renderer.render(scene, camera): the light that the next frame shows. setup: GpuRelighter.relight()'s sky, emission and
   // bounces; the lights are the scene's.
   update(renderer, scene, setup = {}) {
+    if (!this.relighter && renderer.getContext().isContextLost()) return;
     this.prepare(renderer);
     if (this.relighter.lost) return;
     if (this.relighter.backend === 'wasm') {
@@ -238,7 +246,7 @@ export class RelumeLighting {
 
   // Gives back what the GPU and the module hold, and the meshes their materials.
   dispose() {
-    for (const [mesh, material] of this.meshes) mesh.material = material;
+    for (const [mesh, {original, worn}] of this.meshes) if (mesh.material === worn) mesh.material = original;
     for (const variants of this.patched.values()) for (const clone of Object.values(variants)) clone.dispose();
     this.meshes.clear();
     this.patched.clear();

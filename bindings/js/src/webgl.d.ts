@@ -29,6 +29,7 @@ export interface GpuLightSetup extends Omit<LightSetup, 'visibility' | 'material
  * are empty. The bake must not be disposed of before it.
  */
 export class GpuRelighter {
+  /** Throws RelumeError, also where the context is lost just then: make it after webglcontextrestored. */
   constructor(gl: WebGL2RenderingContext, bake: Bake, options?: GpuRelighterOptions);
   readonly info: BakeInfo;
   /** 'wasm' where the context cannot draw into floating-point textures. */

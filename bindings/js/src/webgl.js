@@ -4,8 +4,8 @@
 // Where the context cannot draw into floating-point textures the frames come from WebAssembly instead, and `backend` and
 // `reason` say so. The light is the CPU backend's, to the rounding of halves and of packed colours (docs/notes/web.md).
 import {RelumeError, Relighter} from './core.js';
-import {list} from './errors.js';
-import {isVector, packLight, refuse} from './webgl_lights.js';
+import {list, object} from './errors.js';
+import {color, packColors, packLight, refuse} from './webgl_lights.js';
 import {GlObjects, setState} from './webgl_objects.js';
 import {makePasses} from './webgl_passes.js';
 import {kRow, withTables} from './webgl_tables.js';
@@ -16,6 +16,7 @@ export class GpuRelighter {
   // gl: a WebGL2RenderingContext. bake: not to be disposed of before this.
   constructor(gl, bake, {onLost, onRestored, onError, onFallback, forceFallback = false, keepState = true, visibilityGlsl = '', bindVisibility = null, ...options} = {}) {
     if (!gl?.texStorage3D) refuse('GpuRelighter: expected a WebGL 2 context');
+    if (gl.isContextLost()) refuse('GpuRelighter: the context is lost; make the relighter when it has come back (webglcontextrestored)');
     if (options.movingParts > 0) refuse('movingParts is for the CPU: Relighter and WorkerRelighter have it');
     Object.assign(this, {gl, bake, options, visibilityGlsl, bindVisibility, keepState, info: bake.info});
     this.lost = false;
@@ -55,6 +56,8 @@ export class GpuRelighter {
     const {gl} = this, restore = setState(gl, this.keepState);
     this.frames = 0;
     this.objects = new GlObjects(gl);
+    this.cpu?.dispose();
+    this.cpu = null;
     const cpu = new Relighter(this.bake, this.options);
     try {
       gl.activeTexture(gl.TEXTURE0);
@@ -62,7 +65,7 @@ export class GpuRelighter {
       this.resolve = cpu.textureResolve();
       this.makeResolveTextures(cpu);
       if (this.backend === 'webgl2') this.makeFrame(cpu);
-      this.cpu = this.backend === 'wasm' ? cpu : null;
+      if (this.backend === 'wasm') this.cpu = cpu;
     } catch (error) {
       this.objects.dispose();
       cpu.dispose();
@@ -119,17 +122,9 @@ export class GpuRelighter {
     this.lists[name] = this.inputs[name].texture;
     return this.inputs[name];
   }
-  putInput(name, width, height, texels) {
+  putInput(name, {texels, width, height}) {
     const {gl} = this, {texture} = this.input(name, width, height);
     this.objects.put(texture, {format: gl.RGBA, type: gl.FLOAT, width, height}, texels);
-  }
-  // Three floats per element into rows of `row` texels.
-  putVectors(name, values, count, row) {
-    const height = Math.ceil(count / row), texels = new Float32Array(4 * row * height);
-    for (let i = 0; i < count; ++i) {
-      for (let k = 0; k < 3; ++k) texels[4 * i + k] = values[3 * i + k];
-    }
-    this.putInput(name, row, height, texels);
   }
 
   use(pass) {
@@ -157,6 +152,7 @@ export class GpuRelighter {
   // here shadows are visibilityGlsl's or the host's own light.
   relight(setup = {}) {
     if (!this.objects) refuse('the relighter was disposed of');
+    object('setup', setup);
     if (this.lost || this.gl.isContextLost()) return false;
     const restore = setState(this.gl, this.keepState);
     this.usedUnits = 1;
@@ -186,37 +182,33 @@ export class GpuRelighter {
   relightOnGpu(setup) {
     const frame = {...setup, lights: list('lights', setup.lights ?? []), skyRadiance: setup.skyRadiance ?? [0, 0, 0],
                    emissionScale: setup.emissionScale ?? [1, 1, 1], bounceScale: setup.bounceScale ?? 1};
-    this.checkFrame(frame);
-    this.handOver(frame);
+    this.handOver(frame, this.checkFrame(frame));
     this.gl.bindVertexArray(this.vao);
     this.drawSurfels(frame);
     this.drawTree();
     this.drawCaches();
   }
-  // All that can be refused before anything is drawn.
+  // All that can be refused before anything is drawn. Gives what the frame hands over, by the names of the samplers.
   checkFrame(frame) {
     const {info} = this, {bounceScale, surfelIrradianceTexture: host} = frame;
     if (frame.visibility) refuse('visibility is for the CPU: in WebGL hand visibilityGlsl or surfelIrradiance over');
     if (frame.movingParts?.length > 0) refuse('movingParts is for the CPU: Relighter and WorkerRelighter have it');
     if (frame.materials?.length > 0) refuse('materials is for the CPU: in WebGL hand surfelEmission over');
-    for (const name of ['skyRadiance', 'emissionScale']) {
-      if (!isVector(frame[name]) || frame[name].some((v) => v < 0)) refuse(`${name} is ${frame[name]}, expected three numbers >= 0`);
-    }
+    for (const name of ['skyRadiance', 'emissionScale']) color(name, frame[name]);
     if (!(bounceScale >= 0 && bounceScale <= 1)) refuse(`bounceScale is ${bounceScale}, expected 0 to 1`);
-    for (const [name, count] of [['surfelIrradiance', info.surfels], ['surfelEmission', info.surfels], ['skyPatches', info.skyPatches]]) {
-      if (frame[name] && frame[name].length !== 3 * count) refuse(`${name} has ${frame[name].length} elements, expected ${3 * count}`);
-    }
     if (host && !(host.width > 0)) refuse('surfelIrradianceTexture.width is missing');
-    this.packed = new Float32Array(12 * Math.max(frame.lights.length, 1));
-    frame.lights.forEach((light, i) => packLight(light, i, this.packed));
+    const lights = new Float32Array(12 * Math.max(frame.lights.length, 1));
+    frame.lights.forEach((light, i) => packLight(light, i, lights));
+    return {
+      relumeLights: {texels: lights, width: lights.length / 4, height: 1},
+      relumeHostLight: packColors('surfelIrradiance', frame.surfelIrradiance, info.surfels, kRow),
+      relumeHostEmission: packColors('surfelEmission', frame.surfelEmission, info.surfels, kRow),
+      relumeSkyPatches: packColors('skyPatches', frame.skyPatches, info.skyPatches, info.skyPatches),
+    };
   }
   // What the host gives, into textures.
-  handOver({surfelIrradiance, surfelEmission, skyPatches, surfelIrradianceTexture: host}) {
-    const {info} = this;
-    this.putInput('relumeLights', this.packed.length / 4, 1, this.packed);
-    if (surfelIrradiance) this.putVectors('relumeHostLight', surfelIrradiance, info.surfels, kRow);
-    if (surfelEmission) this.putVectors('relumeHostEmission', surfelEmission, info.surfels, kRow);
-    if (skyPatches) this.putVectors('relumeSkyPatches', skyPatches, info.skyPatches, info.skyPatches);
+  handOver({surfelIrradianceTexture: host}, inputs) {
+    for (const [name, packed] of Object.entries(inputs)) packed && this.putInput(name, packed);
     this.lists.relumeHostLight = host ? host.texture : this.inputs.relumeHostLight.texture;
   }
   drawSurfels(frame) {
@@ -226,8 +218,8 @@ export class GpuRelighter {
     gl.uniform1i(uniforms.get('relumeHostWidth'), host ? host.width : frame.surfelIrradiance ? kRow : 0);
     gl.uniform1i(uniforms.get('relumeHostEmits'), frame.surfelEmission ? 1 : 0);
     gl.uniform1i(uniforms.get('relumeHostSky'), frame.skyPatches ? 1 : 0);
-    gl.uniform3fv(uniforms.get('relumeEmissionScale'), frame.emissionScale);
-    gl.uniform3fv(uniforms.get('relumeSkyRadiance'), frame.skyRadiance);
+    gl.uniform3fv(uniforms.get('relumeEmissionScale'), Float32Array.from(frame.emissionScale));
+    gl.uniform3fv(uniforms.get('relumeSkyRadiance'), Float32Array.from(frame.skyRadiance));
     gl.uniform1f(uniforms.get('relumeBounceScale'), this.frames > 0 ? frame.bounceScale : 0);
     if (this.bindVisibility) {
       this.bindVisibility(gl, pass.program, pass.units.size);

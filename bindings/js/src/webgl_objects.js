@@ -107,8 +107,8 @@ export class GlObjects {
 // nothing is put back, nor asked for: questions to a context wait for what it was told before.
 export function setState(gl, keep) {
   const flags = [gl.BLEND, gl.DEPTH_TEST, gl.SCISSOR_TEST, gl.CULL_FACE, gl.STENCIL_TEST, gl.RASTERIZER_DISCARD];
-  const pixels = [gl.UNPACK_FLIP_Y_WEBGL, gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, gl.UNPACK_ALIGNMENT, gl.UNPACK_ROW_LENGTH, gl.UNPACK_SKIP_ROWS,
-                  gl.UNPACK_SKIP_PIXELS, gl.UNPACK_COLORSPACE_CONVERSION_WEBGL];
+  const pixels = [gl.UNPACK_FLIP_Y_WEBGL, gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, gl.UNPACK_ALIGNMENT, gl.UNPACK_ROW_LENGTH, gl.UNPACK_IMAGE_HEIGHT,
+                  gl.UNPACK_SKIP_ROWS, gl.UNPACK_SKIP_PIXELS, gl.UNPACK_SKIP_IMAGES, gl.UNPACK_COLORSPACE_CONVERSION_WEBGL];
   const restore = keep ? readState(gl, flags, pixels) : () => {};
   for (const flag of flags) gl.disable(flag);
   for (const name of pixels) gl.pixelStorei(name, name === gl.UNPACK_ALIGNMENT ? 1 : 0);

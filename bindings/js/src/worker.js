@@ -4,10 +4,7 @@
 import {isNode, loadBake, loadModule, RelumeError, Relighter} from './core.js';
 import {MovingShapes} from './moving.js';
 
-const threads = 'node:worker_threads';  // in a variable, so that bundlers for pages let it be
-const port = isNode ? (await import(/* @vite-ignore */ threads)).parentPort : self;
-const listen = (handle) => (isNode ? port.on('message', handle) : port.addEventListener('message', (event) => handle(event.data)));
-
+let port = isNode ? null : self;
 let module = null, bake = null, relighter = null, movingShapes = null;
 
 const calls = {
@@ -52,7 +49,7 @@ function buffersOf(value, found = []) {
   return found;
 }
 
-listen(async (message) => {
+async function answer(message) {
   try {
     const result = await calls[message.call](message);
     port.postMessage({id: message.id, result}, message.call === 'relight' ? buffersOf(result) : []);
@@ -60,4 +57,15 @@ listen(async (message) => {
     const status = error instanceof RelumeError ? error.status : undefined;
     port.postMessage({id: message.id, error: {message: String(error?.message ?? error), status}});
   }
-});
+}
+
+// A page's first message does not wait for a listener that comes late, and bundlers' formats for workers have no await here.
+if (isNode) {
+  const threads = 'node:worker_threads';  // in a variable, so that bundlers for pages let it be
+  import(/* webpackIgnore: true */ /* @vite-ignore */ threads).then(({parentPort}) => {
+    port = parentPort;
+    port.on('message', answer);
+  });
+} else {
+  port.addEventListener('message', (event) => answer(event.data));
+}
