@@ -248,8 +248,8 @@ class Window:
         self.ended += 1
 
 
-def run_in_window(escape_at=None):
-    """The bake, driven by events as a window drives it."""
+def baking():
+    """The bake as an operator that keeps what it reports."""
     from relume import operators
 
     class Baking(operators.Command):
@@ -259,7 +259,12 @@ def run_in_window(escape_at=None):
         def report(self, kind, text):
             self.said.append(text)
 
-    window, operator = Window(), Baking()
+    return Baking()
+
+
+def run_in_window(escape_at=None):
+    """The bake, driven by events as a window drives it."""
+    window, operator = Window(), baking()
     ended = operator.invoke(window, None)
     while ended == {"RUNNING_MODAL"}:
         time.sleep(0.01)
@@ -283,6 +288,197 @@ def test_window():
     ended, window, said = run_in_window(escape_at="links")
     assert ended == {"CANCELLED"} and not pathlib.Path(scene.relume_settings.bake).exists()
     assert any("cancelled" in text for text in said)
+
+
+def test_one_at_a_time():
+    make_scene()
+    window, operator = Window(), baking()
+    assert operator.invoke(window, None) == {"RUNNING_MODAL"}
+    for act in (bpy.ops.relume.bake, bpy.ops.relume.preview, bpy.ops.relume.export):
+        refused(act, "relume is running")
+    late = baking()  # its file dialog was open before
+    assert late.execute(window) == {"CANCELLED"} and "relume is running" in late.said[0]
+    operator.cancel(window)  # another file is opened
+    operator._run.wait()
+    assert operator._run.cancelled and window.timers == 0
+    # An error that nobody foresaw frees it as well.
+    window, operator = Window(), baking()
+    operator.done = lambda context, run: {}["none"]
+    operator.invoke(window, None)
+    try:
+        while operator.modal(window, types.SimpleNamespace(type="TIMER")) == {"RUNNING_MODAL"}:
+            time.sleep(0.01)
+    except KeyError:
+        pass
+    assert window.timers == 0 and bpy.ops.relume.bake() == {"FINISHED"}
+
+
+def exported(scene):
+    from relume import gltf, level
+    level.export(scene, str(FOLDER / "level.glb"))
+    return gltf.Document(FOLDER / "level.glb").json
+
+
+def add_collection(name, parent, *objects):
+    collection = bpy.data.collections.new(name)
+    parent.children.link(collection)
+    for object_ in objects:
+        for before in object_.users_collection:
+            before.objects.unlink(object_)
+        collection.objects.link(object_)
+    return collection
+
+
+def add_empty(name):
+    empty = bpy.data.objects.new(name, None)
+    bpy.context.collection.objects.link(empty)
+    return empty
+
+
+def test_what_a_render_shows():
+    scene = make_scene()
+    grey, layers = bpy.data.materials["grey"], bpy.context.view_layer.layer_collection.children
+    box = lambda name: add_box(name, (0, 0, 0), (0.1, 0.1, 0.1), grey)
+    box("Cutter").hide_render = True
+    parent, child = box("Parent"), box("Child")
+    parent["relume"], parent.hide_render, child.parent = {"bake": "gridLit", "texelDensity": 2}, True, parent
+    child["relume"] = {"bake": "dynamic"}
+    quiet = add_collection("quiet", scene.collection, add_empty("Volume"))
+    add_collection("nested", quiet, box("Nested"))
+    quiet.hide_render, bpy.data.objects["Volume"]["relume"] = True, {"volume": [1, 2, 3]}
+    # An excluded library of parts, one of which hides, and an instance of it.
+    library = add_collection("library", scene.collection, box("Part"), box("PartCutter"))
+    layers["library"].exclude = bpy.data.objects["PartCutter"].hide_render = True
+    instance = add_empty("Instance")
+    instance.instance_type, instance.instance_collection = "COLLECTION", library
+    # What the window alone hides is there, with its modifiers.
+    bpy.data.objects["Fence"].hide_viewport = True
+    dim = add_collection("dim", scene.collection, box("Dim"))
+    dim.hide_viewport, layers["dim"].hide_viewport = True, True
+    bpy.data.objects["Dim"].modifiers.new("Array", "ARRAY").count = 2
+    states = lambda: [(each.name, each.hide_render, each.hide_viewport) for each in (*scene.objects, *bpy.data.collections)]
+    before, document = states(), exported(scene)
+    assert states() == before
+    nodes = {node["name"]: node for node in document["nodes"]}
+    drawn = sorted(node["name"] for node in document["nodes"] if "mesh" in node)
+    assert drawn == ["Bent", "Child", "Crate", "Crate.copy", "Dim", "Fence", "Part", "Room"], drawn
+    assert nodes["Child"]["extras"]["relume"] == {"bake": "dynamic", "texelDensity": 2} and "Volume" in nodes
+    corners = lambda name: document["accessors"][document["meshes"][nodes[name]["mesh"]]["primitives"][0]["attributes"]["POSITION"]]["count"]
+    assert (corners("Fence"), corners("Dim")) == (3 * 24, 2 * 24)
+
+
+def test_no_material():
+    """Blender draws it as 0.8 grey, glTF as white."""
+    scene = make_scene()
+    bpy.data.objects["Room"].data.materials.clear()
+    bpy.data.objects["Bent"].data.materials[0] = None
+    document = exported(scene)
+    assert [each["name"] for each in document["materials"]] == ["red", "grey", "Blender default"]
+    for name in ("Room", "Bent"):
+        mesh = next(document["meshes"][node["mesh"]] for node in document["nodes"] if node["name"] == name)
+        material = document["materials"][mesh["primitives"][0]["material"]]["pbrMetallicRoughness"]
+        assert material == {"baseColorFactor": [0.8, 0.8, 0.8, 1], "metallicFactor": 0, "roughnessFactor": 0.5}, material
+
+
+def test_property():
+    scene = make_scene()
+    scene["relume"] = {"lightUnit": "radiometric", "other": 1}
+    assert exported(scene)["scenes"][0]["extras"]["relume"] == {"lightUnit": "photometric", "other": 1}
+    for owner in (bpy.data.objects["Crate"], scene):
+        owner["relume"] = '{"bake": "dynamic"}'
+        refused(bpy.ops.relume.bake, f'"{owner.name}"', "dictionary")
+        del owner["relume"]
+
+
+def test_off_the_map():
+    """What a later bake does not map anymore reads nothing of its map, and what never is on it keeps its shared mesh."""
+    scene = make_scene()
+    at_corner = lambda name: {tuple(each.uv) for each in bpy.data.objects[name].data.uv_layers[LAYER].data} == {(1, 0)}
+    crate, copy, parts = bpy.data.objects["Crate"], bpy.data.objects["Crate.copy"], bpy.data.collections.new("parts")
+    assert bpy.ops.relume.bake() == {"FINISHED"} and not at_corner("Crate") and not at_corner("Crate.copy")
+    group = add_empty("Group")
+    for location in ((-1, -1.5, 0), (1, -1.5, 0)):
+        bush = bpy.data.objects.new("Bush", bpy.data.meshes.get("Bush") or crate.data.copy())
+        bush.data.name, bush.location, bush.parent = "Bush", location, group
+        scene.collection.objects.link(bush)
+    group["relume"] = copy["relume"] = {"bake": "gridLit"}
+    parts.objects.link(crate)
+    instance = add_empty("Instance")
+    instance.instance_type, instance.instance_collection, instance.location = "COLLECTION", parts, (0, 0.5, 0)
+    ended, window, said = run_in_window()
+    assert ended == {"FINISHED"} and all(at_corner(name) for name in ("Crate", "Crate.copy", "Bush", "Bush.001"))
+    assert bpy.data.objects["Bush"].data == bpy.data.objects["Bush.001"].data
+    for words in ("no longer on the light map: Bush, Crate, Crate.copy;", "none on Crate: several nodes"):
+        assert any(words in text for text in said), said
+
+
+def test_export_over_other_files():
+    make_scene()
+    assert bpy.ops.relume.bake() == {"FINISHED"}
+    (FOLDER / "other.relume").write_text("precious")
+    refused(lambda: bpy.ops.relume.export(filepath=str(FOLDER / "other.glb")), "other.relume", "something else")
+    assert (FOLDER / "other.relume").read_text() == "precious" and not (FOLDER / "other.glb").exists()
+
+
+def make_sky():
+    """Red toward +Y, green toward +X, blue toward -Y, black toward -X, a quarter each, at 0.25."""
+    colors = [(0, 0, 0, 1), (0.25, 0, 0, 1), (0, 0.25, 0, 1), (0, 0, 0.25, 1), (0, 0, 0, 1)]
+    image = bpy.data.images.new("sky", 64, 32, float_buffer=True, is_data=True)
+    image.pixels.foreach_set(numpy.array([colors[(x + 8) // 16] for x in range(64)] * 32, numpy.float32).ravel())
+    image.file_format, image.filepath_raw = "OPEN_EXR", str(FOLDER / "sky.exr")
+    image.save()
+    return bpy.data.images.load(str(FOLDER / "sky.exr"))
+
+
+def test_world():
+    scene = make_scene()
+    from relume import world
+    bpy.ops.relume.bake()
+    scene.camera.location, scene.camera.rotation_euler = (0, 0, 50), (numpy.pi / 2, 0, 0)  # looks toward +Y
+    scene.world = bpy.data.worlds.new("World")
+    scene.world.use_nodes = True
+    tree = scene.world.node_tree
+    background, add = tree.nodes["Background"], lambda kind: tree.nodes.new("ShaderNode" + kind)
+    color, strength = background.inputs["Color"], background.inputs["Strength"]
+
+    def seen():
+        preview()
+        return numpy.array(bpy.data.images["Relume preview"].pixels[:]).reshape(90, 160, 4)[45, 80, :3]
+
+    def warnings():
+        said = []
+        return world.sky(scene.world, str(FOLDER), said.append), said
+
+    rgb = add("RGB")
+    rgb.outputs[0].default_value, strength.default_value = (0.5, 0.25, 0.125, 1), 0.5
+    tree.links.new(rgb.outputs[0], color)
+    assert warnings() == (["--sky", "0.25,0.125,0.0625"], [])
+    texture, mapping = add("TexEnvironment"), add("Mapping")
+    texture.image = make_sky()
+    tree.links.new(texture.outputs[0], color)
+    strength.default_value = 1.0
+    assert warnings() == (["--sky-map", str(FOLDER / "sky.exr"), "--sky-rotation", "270"], [])
+    bright = {0.25: 0.5371, 0.5: 0.7354}  # in sRGB
+    assert numpy.allclose(seen(), (bright[0.25], 0, 0), atol=0.01), seen()
+    # From the .blend file, twice as bright; the Mapping node turns it clockwise.
+    strength.default_value = 2.0
+    texture.image.pack()
+    texture.image.filepath_raw = "//gone.exr"
+    tree.links.new(add("TexCoord").outputs["Generated"], mapping.inputs["Vector"])
+    tree.links.new(mapping.outputs[0], texture.inputs["Vector"])
+    turns = [("POINT", 0, (1, 0, 0)), ("POINT", 90, (0, 0, 0)), ("POINT", -90, (0, 1, 0)), ("TEXTURE", 90, (0, 1, 0))]
+    for kind, degrees, expected in turns:
+        mapping.vector_type, mapping.inputs["Rotation"].default_value[2] = kind, numpy.radians(degrees)
+        assert numpy.allclose(seen(), numpy.array(expected) * bright[0.5], atol=0.01), (kind, degrees, seen())
+    mapping.inputs["Rotation"].default_value[0] = 1
+    assert warnings()[1] and "--sky-map" in warnings()[0]
+    # What relume has no word for is said.
+    texture.projection = "MIRROR_BALL"
+    assert "mirror ball" in warnings()[1][0]
+    tree.links.new(add("TexSky").outputs[0], color)
+    assert "Sky Texture" in warnings()[1][0]
+    tree.links.new(add("MixShader").outputs[0], tree.nodes["World Output"].inputs["Surface"])
+    assert "Mix Shader" in warnings()[1][0]
 
 
 try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The open scene as a level: Blender's own glTF exporter, then what it leaves out of units.
+"""The open scene as a level: Blender's own glTF exporter, given what a render shows, then what it leaves out of units and materials.
 
 Lamps are exported in candela and lux, as glTF wants, and the level says so. Blender's unit scale is put into the level, whose lengths are
 metres: a scene that is drawn in centimetres is as bright as it was, so that lamps lose with the square of their distances.
@@ -9,8 +9,65 @@ import contextlib
 import bpy
 
 from . import gltf
+from .program import RelumeError
 
 LAYER = "Relume"  # UV map of the light map's coordinates
+
+# Of faces without a material, as Blender draws them and as its exporter writes a new material. glTF has them white, which absorbs nothing.
+DEFAULT_MATERIAL = {"name": "Blender default", "doubleSided": True,
+                    "pbrMetallicRoughness": {"baseColorFactor": [0.8, 0.8, 0.8, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.5}}
+
+
+def said(owner):
+    """What the property `relume` says of an object or a scene."""
+    found = owner.get("relume")
+    if found is None:
+        return {}
+    if not hasattr(found, "to_dict"):
+        raise RelumeError(f'{owner.bl_rna.name.lower()} "{owner.name}": its property "relume" is no dictionary; set the property\'s type to '
+                          'Python and its value to one')
+    return found.to_dict()
+
+
+def inherited(object_):
+    """What is said of an object, by itself or by those above it. A volume is of itself alone."""
+    above = inherited(object_.parent) if object_.parent else {}
+    above.pop("volume", None)
+    return {**above, **said(object_)}
+
+
+def shown_objects(scene):
+    """Objects of the scene that are part of the level: what a render of the view layer shows, even where the window hides it, and what no
+    render shows anyway, play volumes and cameras, but not of collections that are excluded."""
+    shown = {scene.camera} if scene.camera else set()
+
+    def visit(layer, hidden):
+        hidden = hidden or layer.collection.hide_render
+        for object_ in layer.collection.objects if not layer.exclude else ():
+            draws = object_.type not in {"EMPTY", "CAMERA", "ARMATURE"} or object_.instance_type != "NONE"
+            if not (draws and (hidden or object_.hide_render)):
+                shown.add(object_)
+        for child in layer.children:
+            visit(child, hidden)
+    visit(bpy.context.view_layer.layer_collection, False)
+    return shown
+
+
+@contextlib.contextmanager
+def only_shown(scene, shown):
+    """Hides from renders what is not shown and nothing else, for the exporter goes by that; and shows the rest in the window, where
+    modifiers of what is hidden do nothing."""
+    collections = [each for each in scene.collection.children_recursive if not shown.isdisjoint(each.all_objects)]
+    wanted = [(each, name, False) for each in collections for name in ("hide_render", "hide_viewport")]
+    wanted += [(each, "hide_viewport", False) for each in shown] + [(each, "hide_render", each not in shown) for each in scene.objects]
+    kept = [(each, name, getattr(each, name), value) for each, name, value in wanted if getattr(each, name) != value]
+    try:
+        for each, name, _, value in kept:
+            setattr(each, name, value)
+        yield
+    finally:
+        for each, name, before, _ in kept:
+            setattr(each, name, before)
 
 
 @contextlib.contextmanager
@@ -36,17 +93,45 @@ def without_layer(meshes):
 def export(scene, path):
     """Write the scene as a level."""
     wanted = dict(filepath=path, export_format="GLB", export_extras=True, export_cameras=True, export_lights=True, export_apply=True,
-                  export_yup=True, export_animations=False, export_import_convert_lighting_mode="SPEC", use_active_scene=True)
+                  export_yup=True, export_animations=False, export_import_convert_lighting_mode="SPEC", use_active_scene=True,
+                  use_renderable=True)
     known = bpy.ops.export_scene.gltf.get_rna_type().properties.keys()
-    with without_layer(object_.data for object_ in scene.objects if object_.type == "MESH"):
+    shown, of_scene = shown_objects(scene), said(scene)
+    of_objects = {each.name: inherited(each) for each in shown}
+    with without_layer(object_.data for object_ in scene.objects if object_.type == "MESH"), only_shown(scene, shown):
         bpy.ops.export_scene.gltf(**{name: value for name, value in wanted.items() if name in known})
     document = gltf.Document(path)
     for exported in document.json.get("scenes", []):
-        said = exported.setdefault("extras", {}).setdefault("relume", {})
-        said.setdefault("lightUnit", "photometric")
+        exported.setdefault("extras", {})["relume"] = {**of_scene, "lightUnit": "photometric"}
+    complete_nodes(document.json.get("nodes", []), shown, of_objects)
+    give_default_material(document.json)
     if scene.unit_settings.system != "NONE":
         scale_to_metres(document.json, scene.unit_settings.scale_length)
     document.write(path)
+
+
+def complete_nodes(nodes, shown, of_objects):
+    """Say again what an object that was left out said of those below it, and leave out what is hidden inside of collection instances, of
+    which the exporter takes all."""
+    orphans = {each.name for each in shown if above_is_hidden(each, shown)}
+    hidden = {each.name for each in bpy.data.objects if each.hide_render} - {each.name for each in bpy.data.objects if not each.hide_render}
+    for node in nodes:
+        if node.get("name") in orphans and of_objects[node["name"]]:
+            node.setdefault("extras", {})["relume"] = of_objects[node["name"]]
+        elif node.get("name") in hidden:
+            node.pop("mesh", None)
+
+
+def above_is_hidden(object_, shown):
+    return object_.parent is not None and (object_.parent not in shown or above_is_hidden(object_.parent, shown))
+
+
+def give_default_material(document):
+    bare = [each for mesh in document.get("meshes", []) for each in mesh["primitives"] if "material" not in each]
+    if bare:  # after all others, whose numbers stay
+        document.setdefault("materials", []).append(DEFAULT_MATERIAL)
+    for primitive in bare:
+        primitive["material"] = len(document["materials"]) - 1
 
 
 def scale_to_metres(document, scale):
@@ -61,23 +146,3 @@ def scale_to_metres(document, scale):
             light["intensity"] = light.get("intensity", 1.0) * scale * scale
             if "range" in light:
                 light["range"] *= scale
-
-
-def sky(scene):
-    """Options of `relume render` for the scene's world: a colour, or an image of OpenEXR or Radiance HDR on disk."""
-    world = scene.world
-    if world is None:
-        return []
-    if not world.use_nodes:
-        return ["--sky", ",".join(f"{value:.9g}" for value in world.color)]
-    background = next((node for node in world.node_tree.nodes if node.type == "BACKGROUND"), None)
-    if background is None:
-        return []
-    strength, color = background.inputs["Strength"].default_value, background.inputs["Color"]
-    if not color.is_linked:
-        return ["--sky", ",".join(f"{strength * value:.9g}" for value in color.default_value[:3])]
-    source = color.links[0].from_node
-    path = bpy.path.abspath(source.image.filepath) if source.type == "TEX_ENVIRONMENT" and source.image else ""
-    if path.lower().endswith((".exr", ".hdr")) and strength == 1.0:
-        return ["--sky-map", path, "--sky-rotation", "-90"]
-    return []

@@ -8,10 +8,13 @@ import tempfile
 import bpy
 from bpy_extras.io_utils import ExportHelper
 
-from . import level, program, texcoords
+from . import level, program, texcoords, world
 
 PREVIEW = "Relume preview"  # image
+_BAKE_MAGIC = b"\x89RLM\r\n\x1a\n"  # a bake's first bytes
 _folder = None
+_BUSY = "relume is running; wait for it, or press Esc to cancel it"
+_running = None  # the operator whose run a window follows: all use the same files of the session folder
 
 
 def session_folder():
@@ -31,6 +34,11 @@ def bake_path(scene):
     return os.path.join(session_folder(), "scene.relume")
 
 
+def is_bake(path):
+    with open(path, "rb") as file:
+        return file.read(len(_BAKE_MAGIC)) == _BAKE_MAGIC
+
+
 def write_level(scene):
     path = os.path.join(session_folder(), "level.glb")
     level.export(scene, path)
@@ -44,8 +52,8 @@ class Command:
 
     @classmethod
     def poll(cls, context):
-        cls.poll_message_set("of a scene in object mode")
-        return context.mode == "OBJECT"
+        cls.poll_message_set(_BUSY if _running else "of a scene in object mode")
+        return _running is None and context.mode == "OBJECT"
 
     def words(self, context):
         raise NotImplementedError
@@ -55,6 +63,8 @@ class Command:
         raise NotImplementedError
 
     def start(self, context):
+        if _running not in (None, self):  # a file dialog that was open before asks no poll()
+            raise program.RelumeError(_BUSY)
         found = program.find(bpy.path.abspath(context.preferences.addons[__package__].preferences.program))
         return program.Run(found, *self.words(context))
 
@@ -82,42 +92,46 @@ class Command:
 
     def invoke(self, context, event):
         def begin():
+            global _running
             self._run = self.start(context)
             self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
             context.window_manager.progress_begin(0, 100)
             context.window_manager.modal_handler_add(self)
+            _running = self
             return {"RUNNING_MODAL"}
         return self.attempt(begin)
 
     def modal(self, context, event):
-        if event.type == "ESC":
-            self._run.cancel()
-        elif event.type == "TIMER" and self._run.ended():
-            return self.attempt(lambda: self.go_on(context))
-        elif event.type == "TIMER":
-            context.window_manager.progress_update(round(100 * self._run.overall))
-            context.workspace.status_text_set(f"Relume: {self._run.stage}, {self._run.overall:.0%}    Esc: cancel")
-        else:
-            return {"PASS_THROUGH"}
-        return {"RUNNING_MODAL"}
-
-    def go_on(self, context):
+        ended = None
         try:
-            ended = self.finish(context, self._run)
-            if ended == {"RUNNING_MODAL"}:
-                self._run = self.start(context)
-                return ended
-        except Exception:
-            self.leave(context)
-            raise
-        self.leave(context)
+            ended = self.attempt(lambda: self.follow(context, event))
+        finally:  # what attempt() does not know of comes through
+            if ended not in ({"RUNNING_MODAL"}, {"PASS_THROUGH"}):
+                self.leave(context)
         return ended
 
-    def cancel(self, context):  # Blender ends
-        self._run.cancel()
+    def follow(self, context, event):
+        if event.type == "ESC":
+            self._run.cancel()
+        elif event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        elif self._run.ended():
+            ended = self.finish(context, self._run)
+            if ended != {"RUNNING_MODAL"}:
+                return ended
+            self._run = self.start(context)
+        else:
+            context.window_manager.progress_update(round(100 * self._run.overall))
+            context.workspace.status_text_set(f"Relume: {self._run.stage}, {self._run.overall:.0%}    Esc: cancel")
+        return {"RUNNING_MODAL"}
+
+    def cancel(self, context):  # Blender ends, or opens another file
         self.leave(context)
 
     def leave(self, context):
+        global _running
+        _running = None
+        self._run.cancel()
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)
@@ -162,7 +176,8 @@ class Preview(Command, bpy.types.Operator):
         settings = scene.relume_settings
         self._picture = os.path.join(session_folder(), "preview.png")
         camera = ["--camera", scene.camera.name] if scene.camera else []  # relume frames a level that has none
-        return ["render", write_level(scene), "--bake", bake_path(scene), *camera, *level.sky(scene), "--size",
+        sky = world.sky(scene.world, session_folder(), lambda text: self.report({"WARNING"}, text))
+        return ["render", write_level(scene), "--bake", bake_path(scene), *camera, *sky, "--size",
                 f"{settings.width}x{settings.height}", "--exposure", settings.exposure, "-o", self._picture]
 
     def done(self, context, run):
@@ -197,17 +212,23 @@ class Export(Command, ExportHelper, bpy.types.Operator):
 
     filter_glob: bpy.props.StringProperty(default="*.glb", options={"HIDDEN"})
 
+    @property
+    def bake(self):
+        """Beside the level."""
+        return os.path.splitext(self.filepath)[0] + ".relume"
+
     def words(self, context):
         if not os.path.exists(bake_path(context.scene)):
             raise program.RelumeError(f'there is no bake "{bake_path(context.scene)}": bake first')
+        if os.path.exists(self.bake) and not is_bake(self.bake):
+            raise program.RelumeError(f'"{self.bake}", where the bake goes, is something else; choose another name')
         return ["export", write_level(context.scene), bake_path(context.scene), "-o", self.filepath]
 
     def done(self, context, run):
-        bake = os.path.splitext(self.filepath)[0] + ".relume"
-        if not (os.path.exists(bake) and os.path.samefile(bake, bake_path(context.scene))):
-            shutil.copyfile(bake_path(context.scene), bake + ".part")
-            os.replace(bake + ".part", bake)
-        self.report({"INFO"}, f"{run.output.strip()}; {bake}")
+        if not (os.path.exists(self.bake) and os.path.samefile(self.bake, bake_path(context.scene))):
+            shutil.copyfile(bake_path(context.scene), self.bake + ".part")
+            os.replace(self.bake + ".part", self.bake)
+        self.report({"INFO"}, f"{run.output.strip()}; {self.bake}")
 
     def invoke(self, context, event):  # a file is asked for, then execute() is called
         return ExportHelper.invoke(self, context, event)

@@ -8,7 +8,7 @@ import bmesh
 import numpy
 
 from . import gltf
-from .level import LAYER
+from .level import LAYER, inherited, shown_objects
 
 _SOURCE = "relume_loop"  # attribute of corners while faces are cut
 ON_GRID = (1.0, 1.0)  # coordinate of triangles that the grid lights (docs/EXPORT.md)
@@ -24,12 +24,14 @@ class Report:
     """What putting coordinates on objects did, by names."""
 
     def __init__(self):
-        self.mapped, self.cut, self.left_out = [], {}, {}
+        self.mapped, self.cut, self.left_out, self.taken_off = [], {}, {}, []
 
     def __str__(self):
         text = f"light-map coordinates on {len(self.mapped)} objects"
         if self.cut:
             text += f"; faces cut into triangles: {sum(self.cut.values())}, of {listed(self.cut)}"
+        if self.taken_off:
+            text += f"; no longer on the light map: {listed(self.taken_off)}"
         for why in sorted(set(self.left_out.values())):
             text += f"; none on {listed(name for name, its in self.left_out.items() if its == why)}: {why}"
         return text
@@ -132,15 +134,32 @@ def _cut(mesh, faces):
     mesh.normals_split_custom_set(normals[before].tolist())
 
 
+def _off_map(mesh):
+    """Coordinates for every corner that are those of triangles off the map, in Blender's order."""
+    return numpy.tile(numpy.array(ON_GRID, numpy.float32) * (1, -1) + (0, 1), (len(mesh.loops), 1))
+
+
 def _write(mesh, found):
     layer = mesh.uv_layers.get(LAYER) or mesh.uv_layers.new(name=LAYER, do_init=False)
     if layer is None:
         return False
     loops = numpy.empty(3 * len(mesh.loop_triangles), numpy.int32)
     mesh.loop_triangles.foreach_get("loops", loops)
-    values = numpy.tile(numpy.array(ON_GRID) * (1, -1) + (0, 1), (len(mesh.loops), 1))
+    values = _off_map(mesh)
     values[loops] = found.reshape(-1, 2)
     layer.data.foreach_set("uv", values.ravel())
+    mesh.update()
+    return True
+
+
+def _take_off(mesh):
+    """Coordinates of an earlier bake would read what lies there now. True where there were some."""
+    values = numpy.empty(2 * len(mesh.loops), numpy.float32)
+    mesh.uv_layers[LAYER].data.foreach_get("uv", values)
+    off = _off_map(mesh).ravel()
+    if numpy.array_equal(values, off):
+        return False
+    mesh.uv_layers[LAYER].data.foreach_set("uv", off)
     mesh.update()
     return True
 
@@ -162,34 +181,48 @@ def _put(object_, corners, coordinates, report):
 
 
 def make_single_users(scene):
-    """A mesh for every object that shares one: each has a place of its own on the light map. Before the level is exported, where meshes have
+    """A mesh for every object that shares one and has a place of its own on the light map. Before the level is exported, where meshes have
     their names. Gives the names of the objects."""
-    copied = []
+    copied, shown = [], shown_objects(scene)
     for object_ in scene.objects:
         if object_.type == "MESH" and object_.library is None and object_.data.library is None and \
-                object_.data.users - object_.data.use_fake_user > 1:
+                object_.data.users - object_.data.use_fake_user > 1 and _may_be_mapped(object_, shown):
             object_.data = object_.data.copy()
             copied.append(object_.name)
     return copied
+
+
+def _may_be_mapped(object_, shown):
+    skinned = any(each.type == "ARMATURE" and each.object for each in object_.modifiers)
+    return object_ in shown and not skinned and inherited(object_).get("bake", "static") == "static"
 
 
 def put_on_objects(scene, path):
     """path: a level with coordinates, as relume bake --export-glb writes it. Gives a Report."""
     document, report, nodes = gltf.Document(path), Report(), {}
     lightmap = document.json["asset"].get("extras", {}).get("relume", {}).get("lightmap")
-    if lightmap is None:  # nothing is on it
-        return report
-    texcoord = f"TEXCOORD_{lightmap['texcoord']}"
+    texcoord = f"TEXCOORD_{lightmap['texcoord']}" if lightmap else None  # None: nothing is on it
     for node in document.json["nodes"]:
         if "mesh" in node:
-            nodes.setdefault(node.get("name"), []).append(node)
+            on_map = any(texcoord in each["attributes"] for each in document.json["meshes"][node["mesh"]]["primitives"])
+            nodes.setdefault(node.get("name"), []).append(node if on_map else None)
+    meshes, others = set(), []
     for object_ in [each for each in scene.objects if each.type == "MESH"]:
         named = nodes.get(object_.name, [])
-        if len(named) != 1 or not any(texcoord in p["attributes"] for p in document.json["meshes"][named[0]["mesh"]]["primitives"]):
+        if not any(named):
+            others.append(object_)
             continue
-        why = _put(object_, *_triangles(document, named[0], texcoord), report)
+        why = "several nodes of the level have its name"
+        if len(named) == 1:
+            why = _put(object_, *_triangles(document, named[0], texcoord), report)
         if why:
             report.left_out[object_.name] = why
+            others.append(object_)
         else:
             report.mapped.append(object_.name)
+            meshes.add(object_.data)
+    for object_ in others:
+        mesh = object_.data
+        if mesh.library is None and LAYER in mesh.uv_layers and mesh not in meshes and _take_off(mesh):
+            report.taken_off.append(object_.name)
     return report
