@@ -66,7 +66,7 @@ Result<NestedVolumes> NestedVolumes::create(const VoxelGeometry& geometry, const
   }
   try {
     VoxelOptions box = options.outermost;
-    box.roams = options.boxFollowsEye;
+    box.roams = options.outermost.roams || options.boxFollowsEye;
     Result<VoxelVolume> first = VoxelVolume::create(geometry, box);
     if (!first) return first.error();
     NestedVolumes nested(std::move(*first));

@@ -29,7 +29,8 @@ struct VolumeGrid {
   // same, to the bit, wherever the grid is (shifted()).
   glm::ivec3 shift{0};
   glm::vec3 anchorWorld{0.0f};  // [m] that corner, unless shift is 0
-  bool roams = false;           // it is moved: what reaches across its border counts as if there were none
+  bool roams = false;  // it is moved, or the level goes on past it: what reaches across its border counts as if there
+                       // were none, and beyond it is the sky
 
   const glm::vec3& anchor() const { return shift == glm::ivec3(0) ? originWorld : anchorWorld; }
   // Whether their cells are the same ones, but for how many of them each begins from the corner that stays.

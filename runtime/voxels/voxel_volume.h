@@ -46,7 +46,7 @@ struct VoxelOptions {
   std::uint32_t surfaceBudget =
       0;  // [voxels] that keep their sides, of each layer; 0 = a quarter of the volume, 65536 at least
   ParallelFor parallelFor{};  // empty = one thread
-  bool roams = false;         // the volume will be moved: VolumeGrid::roams
+  bool roams = false;         // it will be moved, or is a part of the level: VolumeGrid::roams
 };
 
 // Where parts are by now: those that stand (edit()) and all that move (move()), of which either may stay as it is.

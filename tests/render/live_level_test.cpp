@@ -5,6 +5,7 @@
 #include "tests/render/walled_room.h"
 #include "tools/render/move_nodes.h"
 #include "tools/render/render_frame.h"
+#include "tools/render/scene_bounds.h"
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -244,6 +245,36 @@ TEST(LiveLevel, aLevelWithoutTrianglesIsDark) {
   LiveScene frame = Rooms().lit();
   run(*level, frame, 2);
   EXPECT_EQ(level->light().irradiance({0, 0, 0}, {0, 1, 0}), glm::vec3(0.0f));
+}
+
+TEST(SceneBounds, areaWithinABoxIsThatOfWhatIsCut) {
+  const SceneBounds box{{0, 0, 0}, {2, 2, 2}, false};
+  EXPECT_DOUBLE_EQ(areaWithin(box, {glm::vec3(0, 1, 0), {1, 1, 0}, {0, 1, 1}}), 0.5);
+  EXPECT_NEAR(areaWithin(box, {glm::vec3(-1000, 1, -1000), {3000, 1, -1000}, {-1000, 1, 3000}}), 4.0, 1e-9);
+  EXPECT_NEAR(areaWithin(box, {glm::vec3(-1, 0.5f, 0), {1, 0.5f, 0}, {-1, 0.5f, 2}}), 0.5, 1e-9);
+  EXPECT_EQ(areaWithin(box, {glm::vec3(3, 0, 0), {4, 0, 0}, {3, 0, 1}}), 0.0);
+}
+
+// Cells are of the rooms, pieces of the ground that is far off are not cut, and its light is the sky's.
+TEST(LiveLevel, aWideGroundLeavesThePlayVolumeItsCells) {
+  Rooms rooms;
+  test::addInstance(rooms.scene, test::quad({-1500, -0.5f, -1500}, {0, 0, 3000}, {3000, 0, 0}, 0));
+  test::finish(rooms.scene);
+  EXPECT_FLOAT_EQ(liveBoxOf(rooms.scene).max.x, 1500.0f) << "no play volume";
+  PlayVolume& volume = rooms.scene.volumes.emplace_back();
+  volume.toWorld = glm::scale(by({0, 2, 0}), glm::vec3(7.8f, 3.8f, 3.8f));
+  const SceneBounds box = liveBoxOf(rooms.scene);
+  EXPECT_FLOAT_EQ(box.min.x, -3.9f - 7.8f);
+  EXPECT_FLOAT_EQ(box.max.y, 3.9f + 7.8f);
+  rooms.context.maxMemory = std::size_t{256} << 20;
+  auto level = LiveLevel::create(rooms.scene, {16, 64, 2}, rooms.context);
+  ASSERT_TRUE(level) << level.error().message;
+  LiveScene frame = rooms.lit();
+  frame.sky.radiance = glm::vec3(1.0f);
+  run(*level, frame, 8);
+  const glm::vec3 up(0, 1, 0);
+  EXPECT_GT(level->light().irradiance({-2, 0.01f, 0.5f}, up).g, 0.05f) << "the lamp's half";
+  EXPECT_NEAR(level->light().irradiance({700, -0.5f, 300}, up).g, std::numbers::pi_v<float>, 0.05f);
 }
 
 TEST(LiveLevel, moreThanTheMemoryAllowsIsRefusedByName) {

@@ -6,6 +6,7 @@
 #include "tests/render/pictures.h"
 #include "tools/render/render_cpu.h"
 #include "tools/render/render_frame.h"
+#include "tools/render/view_options.h"
 #ifdef RELUME_RENDER_GL
 #include "tools/render/render_gl.h"
 #endif
@@ -70,6 +71,16 @@ TEST(CameraRays, middleLooksForwardAndEdgesSpanTheFieldOfView) {
   EXPECT_NEAR(std::atan2(direction.y, -direction.z), 0.5f, 1e-5f) << "row 0 is on top";
   rays.at(320.0f, 90.0f, origin, direction);
   EXPECT_NEAR(direction.x / -direction.z, std::tan(0.5f) * 320.0f / 180.0f, 1e-5f);
+}
+
+TEST(ViewOptions, namesOfLightsMayHaveCommas) {
+  Scene scene;
+  for (const char* name : {"a", "b", "Lampe, EG", "c,d,e"}) scene.lights.emplace_back().name = name;
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(lightNames({"a", "b"}, scene), (Names{"a", "b"}));
+  EXPECT_EQ(lightNames({"Lampe", " EG"}, scene), (Names{"Lampe, EG"}));
+  EXPECT_EQ(lightNames({"b", "c", "d", "e", "a"}, scene), (Names{"b", "c,d,e", "a"}));
+  EXPECT_EQ(lightNames({"c", "d"}, scene), (Names{"c", "d"})) << "of which neither is a light";
 }
 
 TEST(ComposeAov, dividesByAlbedoAndLeavesBlackChannelsBlack) {
@@ -235,6 +246,63 @@ TEST(RenderGl, drawsDynamicInstancesAsTheCpuDoes) {
   EXPECT_LT(relativeRms(a, b), 0.03);
   EXPECT_LT(shareBeyond(composeAov(*cpu, Aov::direct), composeAov(*gl, Aov::direct), 0.05), 0.05)
       << "the ball's shadow, too";
+}
+
+// A hut with a window on a ground of two kilometres: texels of the whole level's shadow map are a metre wide.
+TEST(RenderGl, aWideGroundLeavesShadowsSharp) {
+  Scene scene;
+  const std::uint32_t grey = test::addMaterial(scene, glm::vec3(0.5f));
+  test::addInstance(scene, test::quad({-1000, 0, -1000}, {0, 0, 2000}, {2000, 0, 0}, grey));
+  test::addInstance(scene, test::box({-2, 2.5f, -2}, {2, 2.7f, 2}, false, grey));
+  test::addInstance(scene, test::box({-2, 0, -2}, {-1.8f, 2.5f, 2}, false, grey));
+  test::addInstance(scene, test::box({1.8f, 0, -2}, {2, 0.9f, 2}, false, grey));
+  test::addInstance(scene, test::box({1.8f, 1.7f, -2}, {2, 2.5f, 2}, false, grey));
+  test::finish(scene);
+  RenderRequest r;
+  r.width = 128;
+  r.height = 72;
+  r.camera = test::lookAt({-1.5f, 1.5f, 0.5f}, {1.0f, 0.8f, 0.0f}, 1.2f);
+  SceneLight sun;
+  sun.kind = LightKind::directional;
+  sun.intensity = glm::vec3(3.0f);
+  sun.direction = glm::normalize(glm::vec3(-0.8f, -1.0f, 0.3f));
+  r.lights = {sun};
+  Context context;
+  const auto gl = renderGl(scene, r, context);
+  if (!gl && gl.error().code == ErrorCode::unsupported) GTEST_SKIP() << gl.error().message;
+  ASSERT_TRUE(gl) << gl.error().message;
+  const auto cpu = drawCpu(scene, r);
+  ASSERT_TRUE(cpu) << cpu.error().message;
+  const auto directCpu = composeAov(*cpu, Aov::direct), directGl = composeAov(*gl, Aov::direct);
+  ASSERT_GT(total(directCpu), 0.0);
+  EXPECT_LT(shareBeyond(directCpu, directGl, 0.3), 0.05) << "shadow edges only";
+  EXPECT_NEAR(total(directGl) / total(directCpu), 1.0, 0.03);
+}
+
+// Linear factors of colour, and of the alpha that the test asks.
+TEST(RenderGl, drawsVertexColorsAsTheCpuDoes) {
+  Scene scene;
+  const std::uint32_t mask = test::addMaterial(scene, glm::vec3(0.5f));
+  scene.materials[mask].alphaMode = AlphaMode::mask;
+  scene.materials[mask].alphaCutoff = 0.5f;
+  Mesh painted = test::quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, mask);
+  painted.color = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.2f, 0.2f, 0.2f}};
+  painted.colorAlpha = {1.0f, 0.2f, 1.0f, 1.0f};
+  test::addInstance(scene, painted);
+  test::addInstance(scene, test::quad({-3, -1, 0}, {2, 0, 0}, {0, 2, 0}, mask));
+  test::finish(scene);
+  RenderRequest r;
+  r.width = 96;
+  r.height = 64;
+  r.camera = test::lookAt({-1, 0, 3}, {-1, 0, 0}, 1.0f);
+  Context context;
+  const auto gl = renderGl(scene, r, context);
+  if (!gl && gl.error().code == ErrorCode::unsupported) GTEST_SKIP() << gl.error().message;
+  ASSERT_TRUE(gl) << gl.error().message;
+  const auto cpu = drawCpu(scene, r);
+  ASSERT_TRUE(cpu) << cpu.error().message;
+  EXPECT_LT(relativeRms(cpu->albedo, gl->albedo), 0.02);
+  EXPECT_GT(total(cpu->albedo), 0.0);
 }
 
 TEST(RenderGl, tilesJoinWithoutSeams) {

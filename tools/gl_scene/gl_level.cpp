@@ -30,6 +30,10 @@ struct GlossVertex {
 };
 static_assert(sizeof(GlossVertex) == 32);
 
+// Of a level with vertex colours. The places of attributes past those of Vertex and GlossVertex.
+using ColorVertex = glm::vec4;  // linear factors of colour and alpha
+constexpr GLuint kColorSlot = 8;
+
 enum Uniform : GLint {
   kClipFromWorld = 0,
   kMoved = 1,
@@ -101,6 +105,24 @@ void appendGloss(const Scene& scene, const Instance& instance, std::vector<Gloss
   }
 }
 
+// The same of vertex colours: white where the mesh has none.
+void appendColors(const Scene& scene, const Instance& instance, std::vector<ColorVertex>& out) {
+  const Mesh& mesh = scene.meshes[instance.mesh];
+  for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t c = instance.flipped ? (3 - k) % 3 : k;  // index into the triangle as glTF has it
+      const std::uint32_t v = mesh.triangle[t][static_cast<int>(c)];
+      out.emplace_back(mesh.color.empty() ? glm::vec3(1.0f) : mesh.color[v],
+                       mesh.colorAlpha.empty() ? 1.0f : mesh.colorAlpha[v]);
+    }
+  }
+}
+
+bool hasColors(const Scene& scene) {
+  return std::any_of(scene.meshes.begin(), scene.meshes.end(),
+                     [](const Mesh& mesh) { return !mesh.color.empty() || !mesh.colorAlpha.empty(); });
+}
+
 bool hasNumbers(const Scene& scene) {
   return std::any_of(scene.images.begin(), scene.images.end(), [](const Image& image) { return !image.isColor; });
 }
@@ -145,7 +167,16 @@ std::vector<GlSampler> makeSamplers() {
   return samplers;
 }
 
-GlVertexArray describeVertices(const GlBuffer& vertices, const GlBuffer* gloss) {
+template <class Element>
+GlBuffer uploadElements(const std::vector<Element>& elements) {
+  GlBuffer buffer = GlBuffer::make();
+  glBindBuffer(GL_ARRAY_BUFFER, buffer.name());
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(elements.size() * sizeof(Element)), elements.data(),
+               GL_STATIC_DRAW);
+  return buffer;
+}
+
+GlVertexArray describeVertices(const GlBuffer& vertices, const GlBuffer* gloss, const GlBuffer* colors) {
   GlVertexArray layout = GlVertexArray::make();
   glBindVertexArray(layout.name());
   glBindBuffer(GL_ARRAY_BUFFER, vertices.name());
@@ -166,6 +197,10 @@ GlVertexArray describeVertices(const GlBuffer& vertices, const GlBuffer* gloss) 
     floats(5, 4, offsetof(GlossVertex, tangent), sizeof(GlossVertex));
     floats(6, 2, offsetof(GlossVertex, uvGloss), sizeof(GlossVertex));
     floats(7, 2, offsetof(GlossVertex, uvNormal), sizeof(GlossVertex));
+  }
+  if (colors) {
+    glBindBuffer(GL_ARRAY_BUFFER, colors->name());
+    floats(kColorSlot, 4, 0, sizeof(ColorVertex));
   }
   glBindVertexArray(0);
   glBindBuffer(GL_ARRAY_BUFFER, 0);
@@ -253,7 +288,8 @@ Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap, Mo
   // Un-indexed triangles: corners of different charts share no vertex anyway.
   std::vector<Vertex> vertices;
   std::vector<GlossVertex> glossVertices;
-  const bool numbers = hasNumbers(scene);
+  std::vector<ColorVertex> colors;
+  const bool numbers = hasNumbers(scene), colored = hasColors(scene);
   vertices.reserve(std::size_t{3} * scene.triangleCount());
   level.boundsMin_ = glm::vec3(std::numeric_limits<float>::max());
   level.boundsMax_ = -level.boundsMin_;
@@ -267,6 +303,7 @@ Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap, Mo
     const std::size_t first = vertices.size();
     appendInstance(scene, i, isBaked ? lightmap : nullptr, vertices);
     if (numbers) appendGloss(scene, scene.instances[i], glossVertices);
+    if (colored) appendColors(scene, scene.instances[i], colors);
     level.batches_.back().vertexCount += static_cast<GLsizei>(vertices.size() - first);
     for (std::size_t v = first; v < vertices.size(); ++v) {
       level.boundsMin_ = glm::min(level.boundsMin_, vertices[v].position);
@@ -278,17 +315,11 @@ Result<GlLevel> GlLevel::create(const Scene& scene, const Lightmap* lightmap, Mo
   // Upload
   while (glGetError() != GL_NO_ERROR) {
   }
-  level.vertices_ = GlBuffer::make();
-  glBindBuffer(GL_ARRAY_BUFFER, level.vertices_.name());
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(Vertex)), vertices.data(),
-               GL_STATIC_DRAW);
-  if (numbers) {
-    level.glossVertices_ = GlBuffer::make();
-    glBindBuffer(GL_ARRAY_BUFFER, level.glossVertices_.name());
-    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(glossVertices.size() * sizeof(GlossVertex)),
-                 glossVertices.data(), GL_STATIC_DRAW);
-  }
-  level.layout_ = describeVertices(level.vertices_, numbers ? &level.glossVertices_ : nullptr);
+  level.vertices_ = uploadElements(vertices);
+  if (numbers) level.glossVertices_ = uploadElements(glossVertices);
+  if (colored) level.colors_ = uploadElements(colors);
+  level.layout_ =
+      describeVertices(level.vertices_, numbers ? &level.glossVertices_ : nullptr, colored ? &level.colors_ : nullptr);
   for (const Image& image : scene.images)
     level.images_.push_back(image.levels.empty() ? uploadWhite() : uploadImage(image));
   level.white_ = uploadWhite();
@@ -318,6 +349,7 @@ void GlLevel::drawBatches(const glm::mat4& clipFromWorld, std::span<const glm::m
   const glm::mat4 still(1.0f);
   glUniformMatrix4fv(kClipFromWorld, 1, GL_FALSE, glm::value_ptr(clipFromWorld));
   glBindVertexArray(layout_.name());
+  glVertexAttrib4f(kColorSlot, 1.0f, 1.0f, 1.0f, 1.0f);  // of a level without colours
   for (const Batch& batch : batches_) {
     if ((batch.moving != kNone) != dynamic || batch.vertexCount == 0) continue;
     const glm::mat4& at = batch.moving < moved.size() ? moved[batch.moving] : still;
@@ -363,6 +395,7 @@ layout(location = 4) in uvec2 inLightmapUv;
 layout(location = 5) in vec4 inTangent;
 layout(location = 6) in vec2 inUvGloss;
 layout(location = 7) in vec2 inUvNormal;
+layout(location = 8) in vec4 inColor;
 layout(location = 0) uniform mat4 levelClipFromWorld;
 layout(location = 1) uniform mat4 levelMoved;
 invariant gl_Position;  // programs that draw the same level find the same depths
@@ -373,6 +406,7 @@ out vec2 levelUvEmission;
 out vec4 levelLightmapUv;
 out vec4 levelTangent;
 out vec4 levelUvGlossNormal;
+out vec4 levelColor;
 flat out uvec2 levelGridLit;
 void levelVertex() {
   levelPosition = (levelMoved * vec4(inPosition, 1.0)).xyz;
@@ -381,6 +415,7 @@ void levelVertex() {
   levelUvEmission = inUvEmission;
   levelTangent = vec4(mat3(levelMoved) * inTangent.xyz, inTangent.w);
   levelUvGlossNormal = vec4(inUvGloss, inUvNormal);
+  levelColor = inColor;
   levelLightmapUv = vec4(unpackUnorm2x16(inLightmapUv.x), unpackUnorm2x16(inLightmapUv.y));
   levelGridLit = uvec2(equal(inLightmapUv, uvec2(0xFFFFFFFFu)));
   gl_Position = levelClipFromWorld * vec4(levelPosition, 1.0);
@@ -397,6 +432,7 @@ in vec2 levelUvEmission;
 in vec4 levelLightmapUv;
 in vec4 levelTangent;
 in vec4 levelUvGlossNormal;
+in vec4 levelColor;
 flat in uvec2 levelGridLit;
 layout(location = 2) uniform vec4 levelAlbedoFactor;
 layout(location = 3) uniform vec3 levelEmissionFactor;
@@ -409,9 +445,10 @@ layout(binding = 7) uniform sampler2D levelNormalTexture;
 layout(binding = 10) uniform sampler2D levelAlbedoTexture;
 layout(binding = 11) uniform sampler2D levelEmissionTexture;
 bool levelOpaque() {
-  return levelAlphaCutoff < 0.0 || levelAlbedoFactor.a * texture(levelAlbedoTexture, levelUvAlbedo).a >= levelAlphaCutoff;
+  float alpha = levelAlbedoFactor.a * levelColor.a * texture(levelAlbedoTexture, levelUvAlbedo).a;
+  return levelAlphaCutoff < 0.0 || alpha >= levelAlphaCutoff;
 }
-vec3 levelAlbedo() { return levelAlbedoFactor.rgb * texture(levelAlbedoTexture, levelUvAlbedo).rgb; }
+vec3 levelAlbedo() { return levelAlbedoFactor.rgb * levelColor.rgb * texture(levelAlbedoTexture, levelUvAlbedo).rgb; }
 vec3 levelEmission() {
   if (!gl_FrontFacing && !levelDoubleSided) return vec3(0.0);
   return levelEmissionFactor * texture(levelEmissionTexture, levelUvEmission).rgb;

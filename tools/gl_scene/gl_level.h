@@ -74,7 +74,7 @@ class GlLevel {
   void bindMaterial(const Material& material, bool gloss) const;
   void bindTexture(int unit, const TextureRef& texture) const;
 
-  GlBuffer vertices_, glossVertices_;  // the latter of a level with images of numbers alone
+  GlBuffer vertices_, glossVertices_, colors_;  // of a level with images of numbers, with vertex colours alone
   GlVertexArray layout_;
   std::vector<Batch> batches_;
   std::vector<Material> materials_;  // the scene's, then glTF's default

@@ -31,6 +31,8 @@ namespace {
 constexpr float kWidestFlat = 1.2f;    // [rad] half angle of the widest spot that has a flat map
 constexpr float kSideTangent = 1.02f;  // of half a cube side's opening
 constexpr GLint kLightLocation = 8;
+constexpr float kCoarseTexel = 0.05f;  // [m] of a map that gets a finer one inside
+constexpr float kFiner = 8.0f;
 
 const char* kDistanceFragment = R"(
 layout(location = 8) uniform vec4 shadowLight;
@@ -65,6 +67,12 @@ glm::mat4 fitDirectional(const GlLevel& level, const glm::vec3& direction, float
   high += margin;
   side = std::max(high.x - low.x, high.y - low.y);
   return glm::ortho(low.x, high.x, low.y, high.y, -high.z, -low.z) * view;
+}
+
+// A clip matrix of the part of a map: see Map::inner.
+glm::mat4 clipInside(const glm::vec3& inner, const glm::mat4& clip) {
+  const glm::vec3 middle(2.0f * inner.x - 1.0f, 2.0f * inner.y - 1.0f, 0.0f);
+  return glm::translate(glm::scale(glm::mat4(1.0f), glm::vec3(inner.z, inner.z, 1.0f)), -middle) * clip;
 }
 
 // Farthest point of the level from a light. [m]
@@ -134,14 +142,55 @@ Status ShadowMaps::allocate(std::uint32_t flat, std::uint32_t cubes) {
   return done();
 }
 
-Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, const std::vector<glm::mat4>* moved) {
+// The middle keeps to eighths of the map, which are whole texels, so that edges of shadows lie still while the eye
+// moves.
+glm::vec3 ShadowMaps::innerMap(const glm::mat4& mapFromWorld, const glm::vec3& eyeWorld, float finer) const {
+  const glm::vec2 at(mapFromWorld * glm::vec4(eyeWorld, 1.0f));
+  const float step = static_cast<float>(std::max(size_ / 8, 1u)) / (finer * static_cast<float>(size_));
+  const float half = 0.5f / finer;
+  return {glm::clamp(glm::round(at / step) * step, half, 1.0f - half), finer};
+}
+
+bool ShadowMaps::isAbout(const glm::vec3& eyeWorld) const {
+  return std::all_of(maps_.begin(), maps_.end(), [&](const Map& map) {
+    return std::all_of(map.inner.begin(), map.inner.end(), [&](const glm::vec3& inner) {
+      return inner.z == 0.0f || inner == innerMap(map.mapFromWorld, eyeWorld, inner.z);
+    });
+  });
+}
+
+Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, const std::vector<glm::mat4>* moved,
+                          const glm::vec3* eyeWorld) {
   if (lights.size() > kMaxLights) {
     return Error{ErrorCode::usage, std::to_string(lights.size()) +
                                        " lights; the sample renderer draws shadows of at most " +
                                        std::to_string(kMaxLights)};
   }
+  // Place the maps of directional lights, which says how many there are
+  const glm::mat4 mapFromClip = glm::scale(glm::translate(glm::mat4(1.0f), glm::vec3(0.5f)), glm::vec3(0.5f));
   const auto cubes = static_cast<std::uint32_t>(std::count_if(lights.begin(), lights.end(), needsCube));
-  if (Status ok = allocate(static_cast<std::uint32_t>(lights.size()) - cubes, cubes); !ok) return ok;
+  auto flat = static_cast<std::uint32_t>(lights.size()) - cubes;
+  maps_.assign(lights.size(), {});
+  std::vector<glm::mat4> clipOfLight(lights.size());
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    if (lights[i].kind != LightKind::directional) continue;
+    Map& map = maps_[i];
+    float side = 0.0f;
+    clipOfLight[i] = fitDirectional(level, lights[i].direction, side);
+    map.mapFromWorld = mapFromClip * clipOfLight[i];
+    map.layer.z = side / static_cast<float>(size_);
+    float finer = 1.0f;
+    for (glm::vec3& inner : map.inner) {
+      if (eyeWorld == nullptr || map.layer.z / finer <= kCoarseTexel) break;
+      finer *= kFiner;
+      inner = innerMap(map.mapFromWorld, *eyeWorld, finer);
+      ++flat;
+    }
+  }
+  if (Status ok = allocate(flat, cubes); !ok) {
+    maps_.clear();
+    return ok;
+  }
 
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
   glDrawBuffer(GL_NONE);
@@ -150,18 +199,17 @@ Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, c
   glDepthFunc(GL_LESS);
   glDepthMask(GL_TRUE);
   glDisable(GL_CULL_FACE);
-  const glm::mat4 mapFromClip = glm::scale(glm::translate(glm::mat4(1.0f), glm::vec3(0.5f)), glm::vec3(0.5f));
-  maps_.assign(lights.size(), {});
   std::uint32_t flatLayer = 0, cube = 0;
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const Light& light = lights[i];
     Map& map = maps_[i];
     if (light.kind == LightKind::directional) {
-      float side = 0.0f;
-      const glm::mat4 clip = fitDirectional(level, light.direction, side);
-      map.mapFromWorld = mapFromClip * clip;
-      map.layer = {0.0f, static_cast<float>(flatLayer), side / static_cast<float>(size_), 0.0f};
-      renderLayer(level, moved, clip, map.light, flat_.name(), flatLayer++, size_);
+      map.layer = {0.0f, static_cast<float>(flatLayer), map.layer.z, 0.0f};
+      renderLayer(level, moved, clipOfLight[i], map.light, flat_.name(), flatLayer++, size_);
+      for (const glm::vec3& inner : map.inner) {
+        if (inner.z > 0.0f)
+          renderLayer(level, moved, clipInside(inner, clipOfLight[i]), map.light, flat_.name(), flatLayer++, size_);
+      }
       continue;
     }
     const float far = farthest(level, light.positionWorld), near = std::max(0.01f, 1e-4f * far);
@@ -208,6 +256,8 @@ void ShadowMaps::setUniforms(GLuint program) const {
                               glm::value_ptr(maps_[i].mapFromWorld));
     glProgramUniform4fv(program, location("relumeShadowLight" + at), 1, glm::value_ptr(maps_[i].light));
     glProgramUniform4fv(program, location("relumeShadowLayer" + at), 1, glm::value_ptr(maps_[i].layer));
+    glProgramUniform3fv(program, location("relumeShadowInner[" + std::to_string(i * kMaxInner) + "]"), kMaxInner,
+                        glm::value_ptr(maps_[i].inner[0]));
   }
   glProgramUniform1i(program, location("relumeShadowFlat"), kFlatUnit);
   glProgramUniform1i(program, location("relumeShadowSides"), kSideUnit);
@@ -223,10 +273,12 @@ void ShadowMaps::bind() const {
 
 std::string ShadowMaps::glsl() {
   return "const uint relumeShadowCount = " + std::to_string(kMaxLights) +
+         "u, relumeShadowInnerCount = " + std::to_string(kMaxInner) +
          "u;\nconst float relumeSideTangent = " + decimalGlsl(kSideTangent) + ";\n" + R"(
 uniform mat4 relumeShadowFromWorld[relumeShadowCount];
 uniform vec4 relumeShadowLight[relumeShadowCount];
 uniform vec4 relumeShadowLayer[relumeShadowCount];
+uniform vec3 relumeShadowInner[relumeShadowCount * relumeShadowInnerCount];
 uniform sampler2DArray relumeShadowFlat;
 uniform sampler2DArray relumeShadowSides;
 // Bilinear mean of four comparisons, the depths in the order of textureGather: (0,1), (1,1), (1,0), (0,0).
@@ -268,12 +320,25 @@ uint relumeSideOf(vec3 v) {
   if (a.y >= a.z) return v.y > 0.0 ? 2u : 3u;
   return v.z > 0.0 ? 4u : 5u;
 }
+// The finest map of a directional light that has a place, and the texels about it: its middle in the whole map's
+// coordinates, how many times as fine, its layer after the whole map's.
+vec4 relumeFinestMap(uint light, vec2 at) {
+  float edge = 2.0 / float(textureSize(relumeShadowFlat, 0).x);
+  for (uint k = relumeShadowInnerCount; k > 0u; --k) {
+    vec3 inner = relumeShadowInner[light * relumeShadowInnerCount + k - 1u];
+    vec2 off = abs((at - inner.xy) * inner.z);
+    if (inner.z > 0.0 && max(off.x, off.y) < 0.5 - edge) return vec4(inner, float(k));
+  }
+  return vec4(0.5, 0.5, 1.0, 0.0);
+}
 float relumeVisibility(uint light, vec3 positionWorld, vec3 normal) {
   vec4 source = relumeShadowLight[light], layer = relumeShadowLayer[light];
   if (layer.x < 0.0) return 1.0;
   bool directional = source.w == 0.0;
   mat4 m = relumeShadowFromWorld[light];
-  float texel = directional ? layer.z : layer.z * distance(source.xyz, positionWorld);
+  vec4 finest = vec4(0.5, 0.5, 1.0, 0.0);
+  if (directional) finest = relumeFinestMap(light, (m * vec4(positionWorld, 1.0)).xy);
+  float texel = directional ? layer.z / finest.z : layer.z * distance(source.xyz, positionWorld);
   float margin = 0.25 * texel;
   vec3 p = positionWorld + margin * normal, v = p - source.xyz;
   if (layer.x > 0.5) {
@@ -290,7 +355,8 @@ float relumeVisibility(uint light, vec3 positionWorld, vec3 normal) {
   if (!directional && q.w <= 0.0) return 0.0;
   vec2 at = q.xy / q.w, size = vec2(textureSize(relumeShadowFlat, 0).xy);
   if (any(lessThan(at, vec2(0.0))) || any(greaterThan(at, vec2(1.0)))) return 1.0;
-  vec4 depths = textureGather(relumeShadowFlat, vec3(at, layer.y));
+  at = (at - finest.xy) * finest.z + 0.5;
+  vec4 depths = textureGather(relumeShadowFlat, vec3(at, layer.y + finest.w));
   // The map's axes in the world: rows of its matrix; a map with a position has the middle of its picture in them.
   vec3 forward = vec3(m[0][3], m[1][3], m[2][3]), depth = vec3(m[0][2], m[1][2], m[2][2]);
   vec3 right = vec3(m[0][0], m[1][0], m[2][0]) - 0.5 * forward, up = vec3(m[0][1], m[1][1], m[2][1]) - 0.5 * forward;
@@ -300,6 +366,8 @@ float relumeVisibility(uint light, vec3 positionWorld, vec3 normal) {
     vec4 distances = relumePlaneDistances(toMap * v, toMap * normal, opening, at, size, texel);
     return relumeCompare(depths, at * size, (distances - margin) * source.w);
   }
+  right *= finest.z;
+  up *= finest.z;
   // Depth a map coordinate along the plane, and its bounds.
   float perMetre = length(depth), facing = dot(depth, normal) / perMetre;
   vec2 slope = -vec2(dot(right, normal) / dot(right, right), dot(up, normal) / dot(up, up)) * perMetre /

@@ -176,7 +176,8 @@ namespace {
 
 // Pieces, the triangles that they are cut into, and the sides of the voxels that they overlap: as many as the area has
 // room for, and a few of each triangle. Volumes are found one after the other, and what is summed is of one at a time.
-Status reserveVoxels(const Scene& scene, float voxel, std::uint32_t cascades, Context& context) {
+Status reserveVoxels(const Scene& scene, const SceneBounds& box, float voxel, std::uint32_t cascades,
+                     Context& context) {
   constexpr double kPieceBytes = 84.0 + 10.0,
                    kTriangleBytes = 2 * 32.0;  // handed over and kept; found, and put together
   constexpr double kKeptBytes = 2 * 48.0, kSummedBytes = 2 * 256.0, kVoxels = 2.0;  // of a voxel
@@ -186,8 +187,8 @@ Status reserveVoxels(const Scene& scene, float voxel, std::uint32_t cascades, Co
     triangles += count;
     for (std::uint32_t t = 0; t < count; ++t) {
       const auto corner = scene.corners(instance, t);
-      const double twice = glm::length(glm::cross(corner[1] - corner[0], corner[2] - corner[0]));
-      if (std::isfinite(twice)) area += 0.5 * twice;
+      const double within = areaWithin(box, corner);
+      if (std::isfinite(within)) area += within;
     }
   }
   const double faces = area / (static_cast<double>(voxel) * static_cast<double>(voxel)), pieces = triangles + faces;
@@ -201,18 +202,21 @@ Status reserveVoxels(const Scene& scene, float voxel, std::uint32_t cascades, Co
 
 Result<NestedVolumes> voxeliseScene(const Scene& scene, const SceneVolumes& wanted, const ParallelFor& parallelFor,
                                     Context& context) {
-  const SceneBounds bounds = wanted.box ? *wanted.box : boundsOf(scene);
+  const SceneBounds level = boundsOf(scene), bounds = wanted.box ? *wanted.box : liveBoxOf(scene);
+  const bool isPart = glm::clamp(level.min, bounds.min, bounds.max) != level.min ||
+                      glm::clamp(level.max, bounds.min, bounds.max) != level.max;
   NestedOptions options;
   options.outermost.boxMin = bounds.min;
   options.outermost.boxMax = bounds.max;
+  options.outermost.roams = isPart && !wanted.box;  // what lies beyond is lit by the sky alone
   options.outermost.cells = wanted.cells;
   options.outermost.parallelFor = parallelFor;
   options.cascades = wanted.cascades;
   options.eyeWorld = wanted.eyeWorld;
   constexpr float kVoxels = 2.0f;  // of a piece's longest edge, of the outermost volume alone: it is most of the memory
   const float voxel = fitGrid(bounds.min, bounds.max, wanted.cells).voxel;
-  if (Status ok = reserveVoxels(scene, voxel, wanted.cascades, context); !ok) return ok.error();
-  const auto pieces = VoxelScene::create(scene, kVoxels * voxel, context);
+  if (Status ok = reserveVoxels(scene, bounds, voxel, wanted.cascades, context); !ok) return ok.error();
+  const auto pieces = VoxelScene::create(scene, kVoxels * voxel, context, isPart ? &bounds : nullptr);
   if (!pieces) return pieces.error();
   auto volumes = NestedVolumes::create(pieces->geometry(), options);
   if (volumes && volumes->stats().dropped > 0)

@@ -281,7 +281,8 @@ Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request,
   const std::vector<Light> lights = toRuntimeLights(request.lights);
   // Dynamic instances stand where the level has them, and cast shadows as all else.
   const std::vector<glm::mat4> unmoved;  // where the level has them
-  if (Status ok = shadows->update(*level, lights, &unmoved); !ok) return ok.error();
+  const glm::vec3 eye(request.camera.toWorld[3]);
+  if (Status ok = shadows->update(*level, lights, &unmoved, &eye); !ok) return ok.error();
 
   // Relight
   context.progress("relight", 0.0);

@@ -107,7 +107,8 @@ Result<Camera> chooseCamera(const ViewOptions& options, const Scene& scene, cons
 }
 
 // Which lights are on. A name may stand for several lights: one glTF light on two nodes.
-Status chooseLights(const std::vector<std::string>& names, const Scene& scene, View& view) {
+Status chooseLights(const std::vector<std::string>& parts, const Scene& scene, View& view) {
+  const std::vector<std::string> names = lightNames(parts, scene);
   for (const std::string& name : names) {
     if (names.size() > 1 && (name == "all" || name == "none")) return usage("--lights: \"" + name + "\" stands alone");
     const bool all = name == "all";
@@ -130,6 +131,25 @@ Status chooseLights(const std::vector<std::string>& names, const Scene& scene, V
 
 std::string namesForPeople(std::span<const Camera> cameras) { return namesOf(cameras); }
 std::string namesForPeople(std::span<const SceneLight> lights) { return namesOf(lights); }
+
+std::vector<std::string> lightNames(const std::vector<std::string>& parts, const Scene& scene) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < parts.size();) {
+    std::string name = parts[i], longer = name;
+    std::size_t end = i + 1;
+    for (std::size_t k = i + 1; k < parts.size(); ++k) {
+      longer += "," + parts[k];
+      if (std::none_of(scene.lights.begin(), scene.lights.end(),
+                       [&](const SceneLight& light) { return isCalled(light, longer); }))
+        continue;
+      name = longer;
+      end = k + 1;
+    }
+    names.push_back(std::move(name));
+    i = end;
+  }
+  return names;
+}
 
 Camera lookAt(const glm::vec3& eye, const glm::vec3& target, float yfovRad) {
   const glm::dvec3 back = unitVector(glm::dvec3(eye) - glm::dvec3(target));

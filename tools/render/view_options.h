@@ -39,6 +39,9 @@ void addViewOptions(CLI::App& command, ViewOptions& options);
 std::string namesForPeople(std::span<const Camera> cameras);
 std::string namesForPeople(std::span<const SceneLight> lights);
 
+// The names of --lights, which a comma parts: parts that together are the name of a light, which has commas, are one.
+std::vector<std::string> lightNames(const std::vector<std::string>& parts, const Scene& scene);
+
 // --exponent, of the lobes of glossy light: the number that `text` is, nothing where it is empty. usage: another text.
 void addExponentOption(CLI::App& command, std::string& text);
 Result<std::optional<float>> readExponent(const std::string& text);

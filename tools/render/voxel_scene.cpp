@@ -7,9 +7,11 @@
 #include "runtime/voxels/split_edges.h"
 
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 
 #include <array>
 #include <atomic>
+#include <limits>
 #include <utility>
 
 namespace relume {
@@ -32,6 +34,17 @@ struct SplitWide {
     return {0.5f * (a.position + b.position), 0.5f * (a.barycentric + b.barycentric)};
   }
 };
+
+// Whether a piece lies at one side of the box, grown by `margin`.
+bool isOutside(const Piece& piece, const glm::mat4& toWorld, const SceneBounds& box, float margin) {
+  glm::vec3 low(std::numeric_limits<float>::max()), high = -low;
+  for (const PieceCorner& corner : piece) {
+    const glm::vec3 p(toWorld * glm::vec4(corner.position, 1.0f));
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  return glm::any(glm::greaterThan(low, box.max + margin)) || glm::any(glm::lessThan(high, box.min - margin));
+}
 
 glm::vec2 placeOn(const Piece& piece, float a, float b, float c) {
   return a * piece[0].barycentric + b * piece[1].barycentric + c * piece[2].barycentric;
@@ -65,7 +78,7 @@ VoxelSurface surfaceOf(const Scene& scene, std::uint32_t instance, std::uint32_t
 
 }  // namespace
 
-Result<VoxelScene> VoxelScene::create(const Scene& scene, float pieceWidth, Context& context) {
+Result<VoxelScene> VoxelScene::create(const Scene& scene, float pieceWidth, Context& context, const SceneBounds* box) {
   VoxelScene made;
   const auto instances = static_cast<std::uint32_t>(scene.instances.size());
   made.pieces_.resize(instances);
@@ -85,7 +98,8 @@ Result<VoxelScene> VoxelScene::create(const Scene& scene, float pieceWidth, Cont
         while (!stack.empty() && total.load(std::memory_order_relaxed) <= kMaxSnapped) {
           const Piece piece = stack.back();
           stack.pop_back();
-          if (splitOnce(split, piece, stack)) continue;
+          const bool isKept = box != nullptr && isOutside(piece, instance.toWorld, *box, pieceWidth);
+          if (!isKept && splitOnce(split, piece, stack)) continue;
           const auto first = static_cast<std::uint32_t>(pieces.position.size());
           for (const PieceCorner& corner : piece) pieces.position.push_back(corner.position);
           pieces.triangle.push_back({first, first + 1, first + 2});

@@ -7,6 +7,7 @@
 #include "relume/bake/scene.h"
 #include "relume/result.h"
 #include "relume/voxel_geometry.h"
+#include "tools/render/scene_bounds.h"
 
 #include <cstdint>
 #include <vector>
@@ -15,9 +16,11 @@ namespace relume {
 
 class VoxelScene {
  public:
-  // pieceWidth: longest edge of a piece [m] [> 0]. A part for each instance, in their order; what is dynamic moves.
+  // pieceWidth: longest edge of a piece [m] [> 0]. What lies out of the box, where there is one, stays in large pieces.
+  // A part for each instance, in their order; what is dynamic moves.
   // failed: more than 2^25 pieces, or cancelled.
-  static Result<VoxelScene> create(const Scene& scene, float pieceWidth, Context& context);
+  static Result<VoxelScene> create(const Scene& scene, float pieceWidth, Context& context,
+                                   const SceneBounds* box = nullptr);
   VoxelScene(VoxelScene&&) = default;
   VoxelScene& operator=(VoxelScene&&) = default;
 

@@ -112,7 +112,7 @@ void relightControls(Session& session) {
 // Materials that emit, and the sky.
 void emitterControls(ViewState& state, bool canDrive) {
   constexpr auto kRadiance = ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR | ImGuiColorEditFlags_NoOptions;
-  ImGui::SliderFloat("emitters", &state.emission, 0.0f, 8.0f, "%.2f");
+  ImGui::SliderFloat("emitters", &state.emission, 0.0f, 8.0f, "%.2f", ImGuiSliderFlags_AlwaysClamp);
   for (ViewedEmitter& emitter : state.emitters) {
     if (!canDrive) break;
     ImGui::PushID(emitter.name.c_str());
@@ -138,7 +138,8 @@ void objectControls(const Session& session, ViewState& state) {
     if (isPicked && session.objects.selected() != i) continue;
     ViewedObject& object = state.objects[i];
     ImGui::PushID(static_cast<int>(i));
-    ImGui::DragFloat3(object.name.c_str(), glm::value_ptr(object.position), 0.02f, -1e6f, 1e6f, "%.2f");
+    ImGui::DragFloat3(object.name.c_str(), glm::value_ptr(object.position), 0.02f, -1e6f, 1e6f, "%.2f",
+                      ImGuiSliderFlags_AlwaysClamp);
     ImGui::PopID();
   }
   if (ImGui::Button("put back")) {
@@ -171,7 +172,7 @@ void viewControls(const Scene& scene, const Bake& bake, bool hasBake, ViewState&
   int mode = static_cast<int>(state.mode);
   constexpr int modes = static_cast<int>(std::size(kViewModeNames));
   if (ImGui::Combo("show", &mode, kViewModeNames, modes, modes)) state.mode = static_cast<ViewMode>(mode);
-  ImGui::SliderFloat("exposure", &state.exposure, -8.0f, 8.0f, "%.1f stops");
+  ImGui::SliderFloat("exposure", &state.exposure, -8.0f, 8.0f, "%.1f stops", ImGuiSliderFlags_AlwaysClamp);
   if (hasBake) overlayControls(bake, state);
   if (scene.cameras.empty() || !ImGui::BeginCombo("camera", "fly to ...")) return;
   for (std::size_t i = 0; i < scene.cameras.size(); ++i) {

@@ -21,7 +21,8 @@ namespace relume {
 namespace {
 
 // Which lights of the scene are on at the start.
-Status switchLights(const Scene& scene, const std::vector<std::string>& names, ViewState& state) {
+Status switchLights(const Scene& scene, const std::vector<std::string>& parts, ViewState& state) {
+  const std::vector<std::string> names = lightNames(parts, scene);
   const auto named = [&](const std::string& name) {
     return std::find(names.begin(), names.end(), name) != names.end();
   };

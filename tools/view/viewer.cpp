@@ -102,9 +102,10 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   const double begin = nowMs();
   const std::vector<Light> lights = activeLights(state);
   const std::vector<glm::mat4> moved = movesOf(state);
-  if (!shadowed_ || !areSame(shadowed_->first, lights) || shadowed_->second != moved) {
+  const glm::vec3& eye = state.camera.position;
+  if (!shadowed_ || !areSame(shadowed_->first, lights) || shadowed_->second != moved || !shadows_.isAbout(eye)) {
     shadowed_.reset();
-    if (Status ok = shadows_.update(level_, lights, &moved); !ok) return ok;
+    if (Status ok = shadows_.update(level_, lights, &moved, &eye); !ok) return ok;
     shadowed_.emplace(lights, moved);
   }
   glFinish();
