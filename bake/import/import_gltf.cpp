@@ -7,8 +7,12 @@
 #include "relume/bake/context.h"
 #include "relume/bake/scene.h"
 
+#include <glm/geometric.hpp>
+
+#include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 #include <exception>
 #include <map>
@@ -43,6 +47,35 @@ void warnOfGlass(const GltfDocument& document, const Scene& scene, Context& cont
                                 "\" transmits light, which bakes do not know: it blocks all of it; leave what is glass "
                                 "out of the bake by extras.relume.bake \"ignore\""));
   }
+}
+
+// glTF's default material is white and absorbs nothing: light in a closed room of it goes on for ever.
+void warnOfWhite(const Scene& scene, Context& context) {
+  constexpr double kMost = 0.5;         // of the surface
+  constexpr std::uint32_t kAsked = 64;  // of an instance's triangles: there may be 100,000 instances
+  const auto isBare = [&](const Instance& instance) {
+    const Mesh& mesh = scene.meshes[instance.mesh];
+    return mesh.material == kNone && mesh.color.empty();
+  };
+  const auto isBakedBare = [&](const Instance& instance) { return instance.baked() && isBare(instance); };
+  if (std::none_of(scene.instances.begin(), scene.instances.end(), isBakedBare)) return;
+  double all = 0.0, bare = 0.0;
+  for (const Instance& instance : scene.instances) {
+    if (!instance.baked()) continue;
+    double area = 0.0;
+    const auto triangles = static_cast<std::uint32_t>(scene.meshes[instance.mesh].triangle.size());
+    const std::uint32_t step = std::max(triangles / kAsked, 1u);
+    for (std::uint32_t t = 0; t < triangles; t += step) {
+      const auto corner = scene.corners(instance, t);
+      area += 0.5 * step * static_cast<double>(glm::length(glm::cross(corner[1] - corner[0], corner[2] - corner[0])));
+    }
+    all += area;
+    if (isBare(instance)) bare += area;
+  }
+  if (!(bare > kMost * all)) return;
+  context.message(Severity::warning, scene.name + ": " + std::to_string(std::lround(100.0 * bare / all)) +
+                                         " % of the surface has no material, which glTF takes for white that absorbs "
+                                         "nothing: closed rooms come out far too bright; give it one (0.8 is usual)");
 }
 
 // Of many static instances of one mesh with the same transform, bake only the first: it hides the others, which have
@@ -116,9 +149,10 @@ Result<Scene> import(const std::filesystem::path& path, Context& context, const 
   if (Status status = convertLights(*document, options.lightUnit, scene, context); !status) return status.error();
   // 5. Numbers that the baker can compute with
   if (Status status = checkLimits(scene); !status) return status.error();
-  // 6. Copies that nobody sees, and panes that nobody sees through
+  // 6. Copies that nobody sees, panes that nobody sees through, walls that absorb nothing
   setAsidePiles(scene, context);
   warnOfGlass(*document, scene, context);
+  warnOfWhite(scene, context);
   scene.files = std::move(document->files);
   // 7. Which two-sided surfaces enclose matter
   findSolids(scene, context);

@@ -9,6 +9,11 @@
 #include <utility>
 #include <variant>
 
+#ifdef Status
+#error \
+    "Xlib has made Status a macro: include Relume's headers before <X11/Xlib.h>, <GL/glx.h> and <EGL/egl.h>, or #undef Status"
+#endif
+
 namespace relume {
 
 // The kind of failure; exitCode() maps it to the exit status of the command line.

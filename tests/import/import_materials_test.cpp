@@ -283,6 +283,28 @@ TEST(ImportMaterials, drivableIsReadFromExtras) {
   EXPECT_EQ(emissionAt(scene, quadPoint(0.5f, 0.2f)), glm::vec3(0.0f));
 }
 
+// glTF's white, where most of what is baked has no material of its own.
+TEST(ImportMaterials, aLevelWithoutMaterialsIsToldOf) {
+  const auto told = [](int bare, int painted, const char* bake = nullptr) {
+    GltfBuilder b;
+    const int material = b.material({{"name", "paint"}});
+    for (int i = 0; i < bare; ++i) {
+      const int node = b.quad({});
+      if (bake != nullptr) b.root["nodes"][node]["extras"]["relume"]["bake"] = bake;
+    }
+    for (int i = 0; i < painted; ++i) b.quad({{"material", material}});
+    importOrFail(b);
+    return std::count_if(b.messages.begin(), b.messages.end(), [](const std::string& message) {
+      return message.find("% of the surface has no material") != std::string::npos;
+    });
+  };
+  EXPECT_EQ(told(3, 0), 1);
+  EXPECT_EQ(told(3, 2), 1);
+  EXPECT_EQ(told(2, 2), 0);
+  EXPECT_EQ(told(0, 1), 0);
+  EXPECT_EQ(told(3, 1, "dynamic"), 0);
+}
+
 // A pane of glass is a wall to the baker, or nothing. Which of them darken the level is said once for each material,
 // with a node.
 TEST(ImportMaterials, glassThatBlocksLightIsToldOf) {
