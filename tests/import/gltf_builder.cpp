@@ -176,7 +176,14 @@ Result<Scene> GltfBuilder::import() const {
   Context context;
   context.threads = threads;
   context.onProgress = onProgress;
-  context.onMessage = [this](Severity, std::string_view text) { messages.emplace_back(text); };
+  isToldBare = false;
+  context.onMessage = [this](Severity, std::string_view text) {
+    if (text.find("% of the surface has no material") != std::string_view::npos) {
+      isToldBare = true;
+    } else {
+      messages.emplace_back(text);
+    }
+  };
   return importGltf(write(), context);
 }
 

@@ -59,7 +59,8 @@ class GltfBuilder {
   std::vector<std::uint8_t> binary;
   int threads = 0;                                           // of import()
   std::function<bool(std::string_view, double)> onProgress;  // of import()
-  mutable std::vector<std::string> messages;                 // of the last import
+  mutable std::vector<std::string> messages;                 // of the last import, but for the next
+  mutable bool isToldBare = false;                           // that it has no materials, as most levels of tests
 };
 
 // Write bytes or text to a file of the test's folder.

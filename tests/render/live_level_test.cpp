@@ -266,7 +266,7 @@ TEST(LiveLevel, aWideGroundLeavesThePlayVolumeItsCells) {
   const SceneBounds box = liveBoxOf(rooms.scene);
   EXPECT_FLOAT_EQ(box.min.x, -3.9f - 7.8f);
   EXPECT_FLOAT_EQ(box.max.y, 3.9f + 7.8f);
-  rooms.context.maxMemory = std::size_t{256} << 20;
+  rooms.context.maxMemory = std::size_t{4} << 30;  // 80 GiB, were all of the ground cut
   auto level = LiveLevel::create(rooms.scene, {16, 64, 2}, rooms.context);
   ASSERT_TRUE(level) << level.error().message;
   LiveScene frame = rooms.lit();
