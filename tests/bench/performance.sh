@@ -16,7 +16,7 @@ bakes=${RELUME_BENCH_BAKES:-3}  # of each setting; the least counts
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-cmake --build "$build" --target relume bench_bake >&2
+cmake --build "$build" --target relume bench_bake bench_link_error bench_ray_rate >&2
 
 # 1. The paper's setting and ours, and how a bake grows
 "$build/tools/cli/relume" bench "$scene" --preset paper,high,medium --bakes "$bakes" --repeat 50 --threads 1,2 --backend cpu,gl \
