@@ -103,7 +103,8 @@ Result<json> readJson(std::string_view text, JsonComments comments) {
       json::sax_parse(text.begin(), text.end(), &repeated, json::input_format_t::json, /*strict=*/true,
                       /*ignore_comments=*/true);
       if (repeated.found())
-        return Error{ErrorCode::invalidFile, shortened("twice in one object: \"" + *repeated.found()) + "\""};
+        return Error{ErrorCode::invalidFile,
+                     "\"" + shortened(*repeated.found()) + "\" stands twice in one object; keep one of them"};
     }
     return json::parse(text.begin(), text.end(), nullptr, /*allow_exceptions=*/true, comments == JsonComments::skip);
   } catch (const json::exception& e) {

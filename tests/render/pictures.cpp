@@ -3,6 +3,9 @@
 #include "tests/render/pictures.h"
 
 #include "tools/render/render_cpu.h"
+#ifdef RELUME_RENDER_GL
+#include "tools/render/render_gl.h"
+#endif
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -67,6 +70,23 @@ Result<RenderedFrame> drawCpu(const Scene& scene, const RenderRequest& r, int th
   if (!tracer) return tracer.error();
   return renderCpu(*tracer, r, context);
 }
+
+#ifdef RELUME_RENDER_GL
+std::optional<DrawnTwice> drawTwice(const Scene& scene, const RenderRequest& r) {
+  Context context;
+  auto gl = renderGl(scene, r, context);
+  if (!gl) {
+    const Error& error = gl.error();
+    if (error.code == ErrorCode::unsupported) [&] { GTEST_SKIP() << error.message; }();
+    EXPECT_EQ(error.code, ErrorCode::unsupported) << error.message;
+    return std::nullopt;
+  }
+  auto cpu = drawCpu(scene, r);
+  EXPECT_TRUE(cpu) << cpu.error().message;
+  if (!cpu) return std::nullopt;
+  return DrawnTwice{std::move(*cpu), std::move(*gl)};
+}
+#endif
 
 double relativeRms(const std::vector<glm::vec3>& a, const std::vector<glm::vec3>& b) {
   double squared = 0.0, mean = 0.0;

@@ -200,13 +200,10 @@ TEST(RenderGl, agreesWithTheCpu) {
   for (const char* name : {"cam_living", "cam_hall"}) {
     RenderRequest r = request(level(), &levelBake(), name);
     r.exponent = 8.0f;
-    Context context;
-    const auto gl = renderGl(level(), r, context);
-    if (!gl && gl.error().code == ErrorCode::unsupported) GTEST_SKIP() << gl.error().message;
-    ASSERT_TRUE(gl) << gl.error().message;
-    const auto cpu = drawCpu(level(), r);
-    ASSERT_TRUE(cpu) << cpu.error().message;
-    const auto pair = [&](Aov aov) { return std::pair(composeAov(*cpu, aov), composeAov(*gl, aov)); };
+    const auto drawn = drawTwice(level(), r);
+    if (!drawn) return;
+    const RenderedFrame &cpu = drawn->cpu, &gl = drawn->gl;
+    const auto pair = [&](Aov aov) { return std::pair(composeAov(cpu, aov), composeAov(gl, aov)); };
     const auto [indirectCpu, indirectGl] = pair(Aov::indirect);
     EXPECT_LT(relativeRms(indirectCpu, indirectGl), 0.03) << name;
     EXPECT_NEAR(total(indirectGl) / total(indirectCpu), 1.0, 0.01) << name;
@@ -229,22 +226,19 @@ TEST(RenderGl, agreesWithTheCpu) {
 
 TEST(RenderGl, drawsDynamicInstancesAsTheCpuDoes) {
   const RenderRequest r = requestOfTheToy();
-  Context context;
-  const auto gl = renderGl(level(), r, context);
-  if (!gl && gl.error().code == ErrorCode::unsupported) GTEST_SKIP() << gl.error().message;
-  ASSERT_TRUE(gl) << gl.error().message;
-  const auto cpu = drawCpu(level(), r);
-  ASSERT_TRUE(cpu) << cpu.error().message;
+  const auto drawn = drawTwice(level(), r);
+  if (!drawn) return;
+  const RenderedFrame &cpu = drawn->cpu, &gl = drawn->gl;
   std::vector<glm::vec3> a, b;
-  const auto indirectCpu = composeAov(*cpu, Aov::indirect), indirectGl = composeAov(*gl, Aov::indirect);
+  const auto indirectCpu = composeAov(cpu, Aov::indirect), indirectGl = composeAov(gl, Aov::indirect);
   for (std::size_t i = 0; i < indirectCpu.size(); ++i) {
-    if (!showsToy(*cpu, i) || !showsToy(*gl, i)) continue;
+    if (!showsToy(cpu, i) || !showsToy(gl, i)) continue;
     a.push_back(indirectCpu[i]);
     b.push_back(indirectGl[i]);
   }
   ASSERT_GT(a.size(), 300u);
   EXPECT_LT(relativeRms(a, b), 0.03);
-  EXPECT_LT(shareBeyond(composeAov(*cpu, Aov::direct), composeAov(*gl, Aov::direct), 0.05), 0.05)
+  EXPECT_LT(shareBeyond(composeAov(cpu, Aov::direct), composeAov(gl, Aov::direct), 0.05), 0.05)
       << "the ball's shadow, too";
 }
 
@@ -267,13 +261,10 @@ TEST(RenderGl, aWideGroundLeavesShadowsSharp) {
   sun.intensity = glm::vec3(3.0f);
   sun.direction = glm::normalize(glm::vec3(-0.8f, -1.0f, 0.3f));
   r.lights = {sun};
-  Context context;
-  const auto gl = renderGl(scene, r, context);
-  if (!gl && gl.error().code == ErrorCode::unsupported) GTEST_SKIP() << gl.error().message;
-  ASSERT_TRUE(gl) << gl.error().message;
-  const auto cpu = drawCpu(scene, r);
-  ASSERT_TRUE(cpu) << cpu.error().message;
-  const auto directCpu = composeAov(*cpu, Aov::direct), directGl = composeAov(*gl, Aov::direct);
+  const auto drawn = drawTwice(scene, r);
+  if (!drawn) return;
+  const RenderedFrame &cpu = drawn->cpu, &gl = drawn->gl;
+  const auto directCpu = composeAov(cpu, Aov::direct), directGl = composeAov(gl, Aov::direct);
   ASSERT_GT(total(directCpu), 0.0);
   EXPECT_LT(shareBeyond(directCpu, directGl, 0.3), 0.05) << "shadow edges only";
   EXPECT_NEAR(total(directGl) / total(directCpu), 1.0, 0.03);
@@ -295,14 +286,11 @@ TEST(RenderGl, drawsVertexColorsAsTheCpuDoes) {
   r.width = 96;
   r.height = 64;
   r.camera = test::lookAt({-1, 0, 3}, {-1, 0, 0}, 1.0f);
-  Context context;
-  const auto gl = renderGl(scene, r, context);
-  if (!gl && gl.error().code == ErrorCode::unsupported) GTEST_SKIP() << gl.error().message;
-  ASSERT_TRUE(gl) << gl.error().message;
-  const auto cpu = drawCpu(scene, r);
-  ASSERT_TRUE(cpu) << cpu.error().message;
-  EXPECT_LT(relativeRms(cpu->albedo, gl->albedo), 0.02);
-  EXPECT_GT(total(cpu->albedo), 0.0);
+  const auto drawn = drawTwice(scene, r);
+  if (!drawn) return;
+  const RenderedFrame &cpu = drawn->cpu, &gl = drawn->gl;
+  EXPECT_LT(relativeRms(cpu.albedo, gl.albedo), 0.02);
+  EXPECT_GT(total(cpu.albedo), 0.0);
 }
 
 TEST(RenderGl, tilesJoinWithoutSeams) {

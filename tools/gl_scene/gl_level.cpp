@@ -61,6 +61,18 @@ std::uint32_t lightmapCorner(const Lightmap* map, std::uint32_t instance, std::u
   return corner < uv.size() ? uv[corner] : kGridLit;
 }
 
+// Calls visit(k, c, triangle, vertex) for the corners of an instance in the order of the vertex buffer: k-th of the
+// triangle in the world, c-th as glTF has it.
+template <class Visit>
+void forEachCorner(const Mesh& mesh, bool flipped, const Visit& visit) {
+  for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t c = flipped ? (3 - k) % 3 : k;
+      visit(k, c, t, mesh.triangle[t][static_cast<int>(c)]);
+    }
+  }
+}
+
 void appendInstance(const Scene& scene, std::uint32_t index, const Lightmap* map, std::vector<Vertex>& out) {
   const Instance& instance = scene.instances[index];
   const Mesh& mesh = scene.meshes[instance.mesh];
@@ -69,53 +81,43 @@ void appendInstance(const Scene& scene, std::uint32_t index, const Lightmap* map
   const float sign = instance.flipped ? -1.0f : 1.0f;
   const glm::mat3 normalToWorld(sign * glm::cross(m[1], m[2]), sign * glm::cross(m[2], m[0]),
                                 sign * glm::cross(m[0], m[1]));
-  for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) {
-    const auto corners = scene.corners(instance, t);
-    const glm::vec3 face = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint32_t c = instance.flipped ? (3 - k) % 3 : k;  // index into the triangle as glTF has it
-      const std::uint32_t v = mesh.triangle[t][static_cast<int>(c)];
-      glm::vec3 normal = mesh.normal.empty() ? face : normalToWorld * mesh.normal[v];
-      const float length = glm::length(normal);
-      if (length > 0.0f) normal /= length;
-      out.push_back({corners[k],
-                     normal,
-                     textureUv(mesh, material.albedoTexture, v),
-                     textureUv(mesh, material.emissionTexture, v),
-                     {lightmapCorner(map, index, t, c, 0), lightmapCorner(map, index, t, c, 1)}});
+  std::array<glm::vec3, 3> corners;
+  glm::vec3 face(0.0f);
+  forEachCorner(mesh, instance.flipped, [&](std::uint32_t k, std::uint32_t c, std::uint32_t t, std::uint32_t v) {
+    if (k == 0) {
+      corners = scene.corners(instance, t);
+      face = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
     }
-  }
+    glm::vec3 normal = mesh.normal.empty() ? face : normalToWorld * mesh.normal[v];
+    const float length = glm::length(normal);
+    if (length > 0.0f) normal /= length;
+    out.push_back({corners[k],
+                   normal,
+                   textureUv(mesh, material.albedoTexture, v),
+                   textureUv(mesh, material.emissionTexture, v),
+                   {lightmapCorner(map, index, t, c, 0), lightmapCorner(map, index, t, c, 1)}});
+  });
 }
 
-// The corners of an instance in the order of appendInstance().
 void appendGloss(const Scene& scene, const Instance& instance, std::vector<GlossVertex>& out) {
   const Mesh& mesh = scene.meshes[instance.mesh];
   const MaterialGloss& gloss = scene.material(instance).gloss;
   const glm::mat3 toWorld(instance.toWorld);
   const float side = instance.flipped ? -1.0f : 1.0f;
-  for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) {
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint32_t c = instance.flipped ? (3 - k) % 3 : k;  // index into the triangle as glTF has it
-      const std::uint32_t v = mesh.triangle[t][static_cast<int>(c)];
-      const glm::vec4 tangent =
-          mesh.cornerTangent.empty() ? glm::vec4(0.0f) : mesh.cornerTangent[3 * std::size_t{t} + c];
-      out.push_back({glm::vec4(toWorld * glm::vec3(tangent), side * tangent.w), textureUv(mesh, gloss.texture, v),
-                     textureUv(mesh, gloss.normalTexture, v)});
-    }
-  }
+  forEachCorner(mesh, instance.flipped, [&](std::uint32_t, std::uint32_t c, std::uint32_t t, std::uint32_t v) {
+    const glm::vec4 tangent = mesh.cornerTangent.empty() ? glm::vec4(0.0f) : mesh.cornerTangent[3 * std::size_t{t} + c];
+    out.push_back({glm::vec4(toWorld * glm::vec3(tangent), side * tangent.w), textureUv(mesh, gloss.texture, v),
+                   textureUv(mesh, gloss.normalTexture, v)});
+  });
 }
 
 // The same of vertex colours: white where the mesh has none.
 void appendColors(const Scene& scene, const Instance& instance, std::vector<ColorVertex>& out) {
   const Mesh& mesh = scene.meshes[instance.mesh];
-  for (std::uint32_t t = 0; t < mesh.triangle.size(); ++t) {
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint32_t c = instance.flipped ? (3 - k) % 3 : k;  // index into the triangle as glTF has it
-      const std::uint32_t v = mesh.triangle[t][static_cast<int>(c)];
-      out.emplace_back(mesh.color.empty() ? glm::vec3(1.0f) : mesh.color[v],
-                       mesh.colorAlpha.empty() ? 1.0f : mesh.colorAlpha[v]);
-    }
-  }
+  forEachCorner(mesh, instance.flipped, [&](std::uint32_t, std::uint32_t, std::uint32_t, std::uint32_t v) {
+    out.emplace_back(mesh.color.empty() ? glm::vec3(1.0f) : mesh.color[v],
+                     mesh.colorAlpha.empty() ? 1.0f : mesh.colorAlpha[v]);
+  });
 }
 
 bool hasColors(const Scene& scene) {

@@ -202,13 +202,12 @@ Status reserveVoxels(const Scene& scene, const SceneBounds& box, float voxel, st
 
 Result<NestedVolumes> voxeliseScene(const Scene& scene, const SceneVolumes& wanted, const ParallelFor& parallelFor,
                                     Context& context) {
-  const SceneBounds level = boundsOf(scene), bounds = wanted.box ? *wanted.box : liveBoxOf(scene);
-  const bool isPart = glm::clamp(level.min, bounds.min, bounds.max) != level.min ||
-                      glm::clamp(level.max, bounds.min, bounds.max) != level.max;
+  const std::optional<SceneBounds> part = wanted.box ? wanted.box : livePartOf(scene);
+  const SceneBounds bounds = part ? *part : boundsOf(scene);
   NestedOptions options;
   options.outermost.boxMin = bounds.min;
   options.outermost.boxMax = bounds.max;
-  options.outermost.roams = isPart && !wanted.box;  // what lies beyond is lit by the sky alone
+  options.outermost.roams = part && !wanted.box;  // what lies beyond is lit by the sky alone
   options.outermost.cells = wanted.cells;
   options.outermost.parallelFor = parallelFor;
   options.cascades = wanted.cascades;
@@ -216,7 +215,7 @@ Result<NestedVolumes> voxeliseScene(const Scene& scene, const SceneVolumes& want
   constexpr float kVoxels = 2.0f;  // of a piece's longest edge, of the outermost volume alone: it is most of the memory
   const float voxel = fitGrid(bounds.min, bounds.max, wanted.cells).voxel;
   if (Status ok = reserveVoxels(scene, bounds, voxel, wanted.cascades, context); !ok) return ok.error();
-  const auto pieces = VoxelScene::create(scene, kVoxels * voxel, context, isPart ? &bounds : nullptr);
+  const auto pieces = VoxelScene::create(scene, kVoxels * voxel, context, part ? &bounds : nullptr);
   if (!pieces) return pieces.error();
   auto volumes = NestedVolumes::create(pieces->geometry(), options);
   if (volumes && volumes->stats().dropped > 0)

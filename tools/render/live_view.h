@@ -64,7 +64,7 @@ std::vector<glm::vec3> liveSkyMap(const Sky& sky);
 struct SceneVolumes {
   std::uint32_t cells = 32, cascades = 1;
   std::optional<glm::vec3> eyeWorld{};
-  std::optional<SceneBounds> box{};  // empty = liveBoxOf() the scene
+  std::optional<SceneBounds> box{};  // empty = livePartOf() the scene, or all of it
 };
 Result<NestedVolumes> voxeliseScene(const Scene& scene, const SceneVolumes& wanted, const ParallelFor& parallelFor,
                                     Context& context);

@@ -25,11 +25,6 @@ void add(const Scene& scene, const Instance& instance, SceneBounds& bounds) {
     add(glm::vec3(instance.toWorld * glm::vec4(p, 1.0f)), bounds);
 }
 
-float longestSide(const SceneBounds& bounds) {
-  const glm::vec3 size = bounds.max - bounds.min;
-  return std::max({size.x, size.y, size.z});
-}
-
 // The part of a convex polygon where sign * (p[axis] - at) >= 0.
 std::vector<glm::dvec3> cut(const std::vector<glm::dvec3>& polygon, int axis, double at, double sign) {
   std::vector<glm::dvec3> kept;
@@ -56,19 +51,23 @@ SceneBounds boundsOf(const Scene& scene, const Instance& instance) {
   return bounds;
 }
 
-SceneBounds liveBoxOf(const Scene& scene) {
-  const SceneBounds level = boundsOf(scene);
+float longestSide(const SceneBounds& bounds) {
+  const glm::vec3 size = bounds.max - bounds.min;
+  return std::max({size.x, size.y, size.z});
+}
+
+std::optional<SceneBounds> livePartOf(const Scene& scene) {
   SceneBounds played;
   for (const PlayVolume& volume : scene.volumes) {
-    for (unsigned i = 0; i < 8; ++i) {
-      const glm::vec3 corner((i & 1u) ? 0.5f : -0.5f, (i & 2u) ? 0.5f : -0.5f, (i & 4u) ? 0.5f : -0.5f);
-      add(glm::vec3(volume.toWorld * glm::vec4(corner, 1.0f)), played);
-    }
+    const glm::mat4& m = volume.toWorld;
+    const glm::vec3 half(0.5f * (glm::abs(m[0]) + glm::abs(m[1]) + glm::abs(m[2])));
+    add(glm::vec3(m[3]) - half, played);
+    add(glm::vec3(m[3]) + half, played);
   }
-  const float margin = played.empty ? 0.0f : longestSide(played);
-  if (!(margin > 0.0f) || !(longestSide(level) > kMuchWider * margin)) return level;
+  const float margin = longestSide(played);
+  if (!(margin > 0.0f) || !(longestSide(boundsOf(scene)) > kMuchWider * margin)) return std::nullopt;
   // Also below a ground: near the faces of a box light fades into the sky's.
-  return {played.min - margin, played.max + margin, false};
+  return SceneBounds{played.min - margin, played.max + margin, false};
 }
 
 double areaWithin(const SceneBounds& box, const std::array<glm::vec3, 3>& triangle) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The box that holds all triangles' vertices of a level, dynamic ones with them, and the part of it for light that is
-// found by cells.
+// The box that holds all triangles' vertices of a level, dynamic ones with them, and boxes made of it.
 #pragma once
 
 #include "relume/bake/scene.h"
 
 #include <array>
+#include <optional>
 
 namespace relume {
 
@@ -17,9 +17,10 @@ struct SceneBounds {
 SceneBounds boundsOf(const Scene& scene);
 // Of one of its instances.
 SceneBounds boundsOf(const Scene& scene, const Instance& instance);
-// Where light without a bake is wanted: the level, or of one that is much wider than its play volumes (a house on a
-// ground of kilometres) what lies within their longest side of them.
-SceneBounds liveBoxOf(const Scene& scene);
+// The part of a level where light without a bake is wanted, of one that is much wider than its play volumes (a house on
+// a ground of kilometres): what lies within their longest side of them. Nothing = all of it.
+std::optional<SceneBounds> livePartOf(const Scene& scene);
+float longestSide(const SceneBounds& bounds);  // [m]
 // [m²] Of what of a triangle lies in a box.
 double areaWithin(const SceneBounds& box, const std::array<glm::vec3, 3>& triangle);
 

@@ -26,9 +26,7 @@ LiveShading::LiveShading(const LoadedLevel& level, LiveField field, GetProcAddre
       getProcAddress_(std::move(getProcAddress)),
       field_(std::move(field)),
       eyeWorld_(eyeWorld) {
-  const SceneBounds bounds = liveBoxOf(level.scene);
-  const glm::vec3 size = bounds.max - bounds.min;
-  longestSide_ = std::max({size.x, size.y, size.z});
+  longestSide_ = longestSide(livePartOf(level.scene).value_or(boundsOf(level.scene)));
 }
 
 Status LiveShading::choose(const LiveLevelOptions& options) {
