@@ -346,8 +346,9 @@ def test_what_a_render_shows():
     quiet = add_collection("quiet", scene.collection, add_empty("Volume"))
     add_collection("nested", quiet, box("Nested"))
     quiet.hide_render, bpy.data.objects["Volume"]["relume"] = True, {"volume": [1, 2, 3]}
-    # An excluded library of parts, one of which hides, and an instance of it.
+    # An excluded library of parts, some of which hide by themselves or with a collection, and an instance of it.
     library = add_collection("library", scene.collection, box("Part"), box("PartCutter"))
+    add_collection("cutters", library, box("OtherCutter")).hide_render = True
     layers["library"].exclude = bpy.data.objects["PartCutter"].hide_render = True
     instance = add_empty("Instance")
     instance.instance_type, instance.instance_collection = "COLLECTION", library

@@ -114,12 +114,29 @@ def complete_nodes(nodes, shown, of_objects):
     """Say again what an object that was left out said of those below it, and leave out what is hidden inside of collection instances, of
     which the exporter takes all."""
     orphans = {each.name for each in shown if above_is_hidden(each, shown)}
-    hidden = {each.name for each in bpy.data.objects if each.hide_render} - {each.name for each in bpy.data.objects if not each.hide_render}
+    instanced = {each.name: each.instance_collection for each in bpy.data.objects if each.instance_collection}
     for node in nodes:
         if node.get("name") in orphans and of_objects[node["name"]]:
             node.setdefault("extras", {})["relume"] = of_objects[node["name"]]
-        elif node.get("name") in hidden:
+        if node.get("name") in instanced:
+            leave_out_hidden(nodes, node, instanced[node["name"]])
+
+
+def leave_out_hidden(nodes, instance, collection):
+    hidden = {each.name for each in collection.all_objects} - drawn_within(collection)
+    below = list(instance.get("children", []))
+    while below:
+        node = nodes[below.pop()]
+        below += node.get("children", [])
+        if node.get("name") in hidden:
             node.pop("mesh", None)
+
+
+def drawn_within(collection):
+    """Names of what a render shows of the collection's instances: visible in one of the collections below it is enough."""
+    if collection.hide_render:
+        return set()
+    return {each.name for each in collection.objects if not each.hide_render}.union(*map(drawn_within, collection.children))
 
 
 def above_is_hidden(object_, shown):
