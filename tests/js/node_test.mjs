@@ -119,7 +119,8 @@ async function checkMoving(module) {
     assert.throws(() => relighter.relight(bad), (e) => e instanceof RelumeError && text.test(e.message) || assert.fail(`${e}, expected ${text}`));
   }
   assert.deepEqual(relighter.coefficients().slice(), twelve);
-  for (const [mesh, text] of [[{...box, albedo: []}, /albedo/], [{...box, triangles: [0, 1, 9]}, /triangle/], [{...box, positions: [1]}, /positions has 1 elements/]]) {
+  for (const [mesh, text] of [[{...box, albedo: []}, /albedo/], [{...box, triangles: [0, 1, 9]}, /triangle/], [{...box, triangles: [0, 1, NaN]}, /triangles\[2\] is NaN, expected a whole number/],
+    [{...box, positions: [1]}, /positions has 1 elements/]]) {
     assert.throws(() => new MovingShapes(module, [box, mesh]), (e) => e instanceof RelumeError && text.test(e.message) || assert.fail(`${e}, expected ${text}`));
   }
   assert.throws(() => new Relighter(bake, {movingParts: 257}), /movingParts is 257/);
@@ -183,7 +184,9 @@ async function checkModule(module) {
   // Bad setups are refused, and leave last frame's light.
   const kept = relighter.coefficients().slice();
   assert.throws(() => relighter.relight({surfelIrradiance: [1, 2]}), /surfelIrradiance has 2 elements, expected \d+/);
-  assert.throws(() => relighter.relight({lights: [{kind: 'sun', intensity: [1, 1, 1]}]}), /lights\[0\]\.kind is "sun"/);
+  for (const kind of ['sun', 'toString']) {
+    assert.throws(() => relighter.relight({lights: [{kind, intensity: [1, 1, 1]}]}), (e) => e.message.includes(`lights[0].kind is "${kind}"`) || assert.fail(`${e}`));
+  }
   for (const [value, text] of [[2, /bounceScale is 2,/], [1.1, /bounceScale is 1\.1,/], [1e-7 - 1, /bounceScale is -0\.9999999,/], [Infinity, /bounceScale is inf/], [NaN, /bounceScale is nan/]]) {
     assert.throws(() => relighter.relight({bounceScale: value}), (e) => e instanceof RelumeError && text.test(e.message) && e.status === 1 || assert.fail(`${e}, expected ${text}`));
   }

@@ -244,7 +244,7 @@ export class Bake {
 }
 
 const kMaxBands = 4;
-const kKinds = {directional: 0, point: 1, spot: 2};
+const kKinds = new Map([['directional', 0], ['point', 1], ['spot', 2]]);
 const kLightWords = 13, kLightMin = 8, kScalars = 7;
 const kZero = [0, 0, 0], kOne = [1, 1, 1];
 
@@ -252,7 +252,7 @@ const kZero = [0, 0, 0], kOne = [1, 1, 1];
 export function writeLights(module, lights, address) {
   const floats = module.floats(address, kLightWords * lights.length), words = module.words(address, kLightWords * lights.length);
   lights.forEach((light, i) => {
-    const at = kLightWords * i, kind = kKinds[light.kind];
+    const at = kLightWords * i, kind = kKinds.get(light.kind);
     if (kind === undefined) {
       throw new RelumeError(`lights[${i}].kind is ${JSON.stringify(light.kind)}, expected "directional", "point" or "spot"`, kUsage);
     }

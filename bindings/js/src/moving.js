@@ -21,6 +21,7 @@ export class MovingShapes {
     const arrays = list('meshes', meshes).map((mesh, i) => [['positions', 3], ['triangles', 3], ['albedo', 3], ['emission', 3]].map(([name, width]) => {
       const values = mesh[name] ?? [];
       countOf(`meshes[${i}].${name}`, values, width);
+      if (name === 'triangles') values.forEach((corner, at) => whole(`meshes[${i}].triangles[${at}]`, corner));
       return values;
     }));
     const words = arrays.reduce((sum, mesh) => sum + mesh.reduce((all, values) => all + values.length, kMeshWords), 0);
