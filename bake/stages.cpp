@@ -4,6 +4,7 @@
 
 #include "bake/base/memory_budget.h"
 #include "bake/caches/caches.h"
+#include "bake/caches/receivers_in_sight.h"
 #include "bake/certificate/certify.h"
 #include "bake/hierarchy/hierarchy.h"
 #include "bake/scene/check_limits.h"
@@ -114,6 +115,7 @@ Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, c
 Status placeReceivers(PlacedLevel& placed, Context& context) {
   auto receivers = runStage(context, "receivers", [&]() -> Result<std::vector<std::uint32_t>> {
     auto found = findReceivers(placed.tracer, placed.caches, placed.surfels.seeds, context);
+    keepReceiversInSight(placed.tracer, placed.caches, placed.surfels.seeds, found, context);
     if (context.cancelled()) return cancelledError();
     return found;
   });

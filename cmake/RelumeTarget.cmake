@@ -1,6 +1,11 @@
 # SPDX-License-Identifier: MIT
 # relume_library(name [ALIAS relume::x]) and relume_warnings(target): the flags every target of ours shares.
 
+# What a game that adds this folder compiles itself with does not reach us: errors of packages end as exceptions, and NaN in what a host
+# hands over is refused.
+if(NOT EMSCRIPTEN)
+  add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fexceptions> $<$<COMPILE_LANGUAGE:CXX>:-frtti> -fno-fast-math)
+endif()
 # Contraction into fused multiply-adds differs between instruction sets; the same input must give the same bytes.
 add_compile_options(-ffp-contract=off)
 # Nobody reads errno or floating-point traps: roots, floors and selects become single instructions, with the same results.

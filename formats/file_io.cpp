@@ -366,6 +366,12 @@ void removeOpenTemporaries() {
   for (const fs::path& path : open.paths) ::unlink(path.c_str());
 }
 
+std::string lowerExtension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return extension;
+}
+
 Status checkWritable(const fs::path& path, bool* locks) {
   const Result<fs::path> target = targetOf(path);
   if (!target) return target.error();

@@ -57,6 +57,9 @@ void removeOpenTemporaries();
 // the file system has locks (flock).
 Status checkWritable(const std::filesystem::path& path, bool* locks = nullptr);
 
+// What a file's name ends in, from its last dot on, in lower case: "a.PNG" is a picture as "a.png" is.
+std::string lowerExtension(const std::filesystem::path& path);
+
 // The path with its last component's symbolic links followed; the last of them may point to a file that does not exist
 // yet. io: links in a circle, a link of /proc (an open file of a process, which has no name to rename to).
 Result<std::filesystem::path> followLinks(const std::filesystem::path& path);

@@ -84,20 +84,18 @@ namespace {
 
 // A bake handle of what read(memory) gives.
 template <class Read>
-Status makeBake(relume_context* context, relume_bake** bake, const Read& read) {
-  if (bake == nullptr) return nullPointer("bake");
-  *bake = nullptr;
-  Result<relume::Bake> loaded = read(&context->host->memory);
+Status makeBake(const relume_context& context, relume_bake** bake, const Read& read) {
+  Result<relume::Bake> loaded = read(&context.host->memory);
   if (!loaded) return loaded.error();
-  *bake = makeHandle<relume_bake>(context->host, std::move(*loaded)).release();
+  *bake = makeHandle<relume_bake>(context.host, std::move(*loaded)).release();
   return relume::done();
 }
 
 }  // namespace
 
 relume_status relume_bake_load(relume_context* context, const char* path, relume_bake** bake) {
-  return run(context, [&]() -> Status {
-    return makeBake(context, bake, [&](std::pmr::memory_resource* memory) -> Result<relume::Bake> {
+  return runToMake(context, bake, "bake", [&]() -> Status {
+    return makeBake(*context, bake, [&](std::pmr::memory_resource* memory) -> Result<relume::Bake> {
       if (path == nullptr) return nullPointer("path");
       return relume::mapBake(std::filesystem::path(reinterpret_cast<const char8_t*>(path)), relume::Checksums::verify,
                              memory);
@@ -110,15 +108,12 @@ relume_status relume_bake_from_memory(relume_context* context, const void* bytes
   const auto releaseBytes = [release, release_user](const void*) {
     if (release != nullptr) release(release_user);
   };
-  if (context == nullptr) {
-    releaseBytes(bytes);
-    return RELUME_ERROR_USAGE;
-  }
-  return run(context, [&]() -> Status {
+  if (context == nullptr || bake == nullptr) releaseBytes(bytes);  // refused before anything owns them
+  return runToMake(context, bake, "bake", [&]() -> Status {
     // Releases whatever happens below, also where there is no memory for the owner itself.
     const std::shared_ptr<const void> owner(bytes, releaseBytes,
                                             std::pmr::polymorphic_allocator<std::byte>(&context->host->memory));
-    return makeBake(context, bake, [&](std::pmr::memory_resource* memory) -> Result<relume::Bake> {
+    return makeBake(*context, bake, [&](std::pmr::memory_resource* memory) -> Result<relume::Bake> {
       if (bytes == nullptr) return nullPointer("bytes");
       return relume::parseBake({static_cast<const std::byte*>(bytes), size}, owner, relume::Checksums::verify, memory);
     });

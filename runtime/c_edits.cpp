@@ -30,9 +30,7 @@ static_assert(sizeof(relume_edit_box) == sizeof(relume::EditBounds) &&
 
 relume_status relume_edit_blend_create(relume_context* context, const relume_edit_blend_desc* desc,
                                        relume_edit_blend** blend) {
-  return run(context, [&]() -> Status {
-    if (blend == nullptr) return nullPointer("blend");
-    *blend = nullptr;
+  return runToMake(context, blend, "blend", [&]() -> Status {
     relume_edit_blend_desc read{};
     if (Status ok = readStruct(desc, sizeof read.struct_size + 1, "desc", read); !ok) return ok;
     if (read.boxes == nullptr && read.box_count > 0) return nullPointer("desc.boxes");

@@ -114,6 +114,9 @@ void destroyHandle(T* handle) noexcept {
   host->memory.deallocate(handle, sizeof(T), alignof(T));
 }
 
+inline Error usage(std::string text) { return {ErrorCode::usage, std::move(text)}; }
+inline Error nullPointer(const std::string& name) { return usage(name + " is null"); }
+
 inline relume_status statusOf(ErrorCode code) {
   switch (code) {
     case ErrorCode::usage:
@@ -157,8 +160,12 @@ inline relume_status run(const Handle* handle, const Work& work) noexcept {
   }
 }
 
-inline Error usage(std::string text) { return {ErrorCode::usage, std::move(text)}; }
-inline Error nullPointer(const std::string& name) { return usage(name + " is null"); }
+// As run(), for a function that gives `*made`, which is null after every failure.
+template <class T, class Work>
+inline relume_status runToMake(const Handle* handle, T** made, const char* name, const Work& work) noexcept {
+  if (made != nullptr) *made = nullptr;
+  return run(handle, [&]() -> Status { return made == nullptr ? nullPointer(name) : work(); });
+}
 
 // The caller's struct over the defaults: fields that it does not have keep them. Its first member is struct_size.
 template <class T>

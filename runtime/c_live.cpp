@@ -62,9 +62,7 @@ Status readGeometry(const relume_live_desc& desc, Geometry& geometry) {
 }  // namespace
 
 relume_status relume_live_create(relume_context* context, const relume_live_desc* desc, relume_live** live) {
-  return run(context, [&]() -> Status {
-    if (live == nullptr) return nullPointer("live");
-    *live = nullptr;
+  return runToMake(context, live, "live", [&]() -> Status {
     relume_live_desc read{};
     if (Status ok = readStruct(desc, sizeof read.struct_size + 1, "desc", read); !ok) return ok;
     if (read.backend != RELUME_BACKEND_CPU && read.backend != RELUME_BACKEND_GL)

@@ -31,9 +31,7 @@ Status readMesh(const relume_moving_mesh& from, std::size_t index, relume::Movin
 
 relume_status relume_moving_shapes_create(relume_context* context, const relume_moving_mesh* meshes, size_t mesh_count,
                                           relume_moving_shapes** shapes) {
-  return run(context, [&]() -> Status {
-    if (shapes == nullptr) return nullPointer("shapes");
-    *shapes = nullptr;
+  return runToMake(context, shapes, "shapes", [&]() -> Status {
     if (meshes == nullptr && mesh_count > 0) return nullPointer("meshes");
     std::vector<relume::MovingMesh> read(mesh_count);
     for (std::size_t i = 0; i < mesh_count; ++i) {

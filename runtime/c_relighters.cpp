@@ -39,9 +39,7 @@ std::span<const glm::vec2> points(const float* v, std::size_t count) {
 
 relume_status relume_relighter_create(relume_bake* bake, const relume_relighter_desc* desc,
                                       relume_relighter** relighter) {
-  return run(bake, [&]() -> Status {
-    if (relighter == nullptr) return nullPointer("relighter");
-    *relighter = nullptr;
+  return runToMake(bake, relighter, "relighter", [&]() -> Status {
     relume_relighter_desc read{};
     if (desc != nullptr) {
       if (Status ok = readStruct(desc, sizeof read.struct_size + 1, "desc", read); !ok) return ok;

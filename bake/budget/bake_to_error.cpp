@@ -7,10 +7,38 @@
 #include "bake/budget/error_search.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <limits>
+#include <numeric>
 #include <utility>
+#include <vector>
 
 namespace relume {
+namespace {
+
+// The error that the noise of a certificate alone would look like: the root of the middle light's standard error.
+double noiseOf(const Certificate& certificate) {
+  std::vector<std::size_t> order(certificate.squaredError.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return certificate.squaredError[a] < certificate.squaredError[b];
+  });
+  const auto deviation = [&](std::size_t rank) { return static_cast<double>(certificate.standardError[order[rank]]); };
+  return std::sqrt(0.5 * (deviation((order.size() - 1) / 2) + deviation(order.size() / 2)));
+}
+
+// An error of which the certificate can only say that it is small meets any bound.
+void warnOfNoise(const Certificate& certificate, double maxError, Context& context) {
+  const double noise = noiseOf(certificate);
+  if (maxError >= noise || static_cast<double>(certifiedError(certificate)) >= noise) return;
+  context.message(Severity::warning,
+                  printed("option budget.maxError (--max-error) is %g, and so small an error is below what the bake's "
+                          "certificate can tell: its noise is as large as an error of %.1f %%",
+                          maxError, 100.0 * noise));
+}
+
+}  // namespace
 
 Result<Bake> bakeToError(const BakeOptions& asked, Context& context, const BakeOnce& bakeOnce) {
   if (!(asked.budget.maxError > 0.0f)) return bakeOnce(asked);
@@ -41,11 +69,11 @@ Result<Bake> bakeToError(const BakeOptions& asked, Context& context, const BakeO
     if (search.foundMiB() == memoryMiB) found = std::move(*baked);
   }
   if (search.foundMiB() == 0.0)
-    return Error{
-        ErrorCode::failed,
-        printed("option budget.maxError (--max-error) is %g, and bakes of up to %.1f MiB certify %.3g at best; "
-                "raise it, or the budget",
-                maxError, largestMiB, least)};
+    return Error{ErrorCode::failed,
+                 printed("option budget.maxError (--max-error) is %g, and of the sizes tried, up to %.1f MiB, the best "
+                         "certifies %.3g; raise it, or the budget",
+                         maxError, largestMiB, least)};
+  warnOfNoise(found.certificate, maxError, context);
   found.provenance.optionsJson = optionsToJson(asked);
   return found;
 }

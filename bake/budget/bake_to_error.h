@@ -15,8 +15,9 @@ namespace relume {
 using BakeOnce = std::function<Result<Bake>(const BakeOptions& options)>;
 
 // What `bakeOnce` gives for the options, where they ask for no error; else the smallest that was tried and is good
-// enough. Its provenance has `asked`. Tells each try as an info. failed: none was good enough, or there is nothing to
-// certify; else what bakeOnce() says.
+// enough. Its provenance has `asked`. Tells each try as an info, and as a warning where the error is met by what is
+// below the certificate's noise. failed: none was good enough, or there is nothing to certify; else what bakeOnce()
+// says.
 Result<Bake> bakeToError(const BakeOptions& asked, Context& context, const BakeOnce& bakeOnce);
 
 }  // namespace relume

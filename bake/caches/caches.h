@@ -35,7 +35,8 @@ Caches unpack(PlacedCaches placed);
 Result<PlacedCaches> placeCaches(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
                                  std::uint64_t seed, Context& context);
 
-// Where each surfel reads its own irradiance (Surfels::receiver): a point of the light map, or the grid.
+// Where each surfel, or what a camera sees there, reads its irradiance (Surfels::receiver): a point of the light map,
+// or the grid.
 std::vector<std::uint32_t> findReceivers(const RayTracer& tracer, const PlacedCaches& caches,
                                          std::span<const SurfelSeed> seeds, Context& context);
 

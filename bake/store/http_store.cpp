@@ -20,8 +20,8 @@ namespace {
 constexpr long kConnectMs = 5000;                     // a server that does not answer in this time is not there
 constexpr long kSlowBytes = 1024, kSlowSeconds = 20;  // [byte/s] [s] slower than this for so long: given up
 constexpr int kPollMs = 100;                          // between two questions whether to go on
-constexpr long kFound = 200, kMadeFirst = 200, kMadeLast = 299, kNotFound = 404, kGone = 410, kTooLarge = 413,
-               kFull = 507;
+constexpr long kFound = 200, kMadeFirst = 200, kMadeLast = 299, kUnauthorized = 401, kNotFound = 404,
+               kProxyUnauthorized = 407, kGone = 410, kTooLarge = 413, kFull = 507;
 constexpr std::uint64_t kMaxPage = 1u << 20;  // [byte] of what a server says in place of an entry
 
 using Bytes = std::vector<std::byte>;
@@ -94,6 +94,16 @@ int rewind(void* from, curl_off_t offset, int origin) {
   return CURL_SEEKFUNC_OK;
 }
 
+// A text of libcurl's. It may quote a URL with user and password: that of the proxy, from the environment.
+std::string withoutCredentials(std::string text) {
+  const std::size_t end = text.rfind('@');
+  if (end == std::string::npos) return text;
+  std::size_t begin = std::min(text.find_first_of("'\""), end);
+  begin = begin < end ? begin + 1 : text.find_last_of(' ', end) + 1;
+  if (const std::size_t scheme = text.find("://", begin); scheme < end) begin = scheme + 3;
+  return text.erase(begin, end + 1 - begin);
+}
+
 bool startCurl() {
   static const bool started = curl_global_init(CURL_GLOBAL_DEFAULT) == CURLE_OK;
   return started;
@@ -108,6 +118,24 @@ using Multi = std::unique_ptr<CURLM, Freed<curl_multi_cleanup>>;
 using Headers = std::unique_ptr<curl_slist, Freed<curl_slist_free_all>>;
 using Url = std::unique_ptr<CURLU, Freed<curl_url_cleanup>>;
 
+// A part of a URL, or "".
+std::string partOf(CURLU* url, CURLUPart part) {
+  char* text = nullptr;
+  if (curl_url_get(url, part, &text, 0) != CURLUE_OK) return {};
+  std::string copy(text);
+  curl_free(text);
+  return copy;
+}
+
+// The URL as messages may show it, or "".
+std::string withoutUser(const std::string& url) {
+  const Url parsed(curl_url());
+  if (!parsed || curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0) != CURLUE_OK) return {};
+  curl_url_set(parsed.get(), CURLUPART_USER, nullptr, 0);
+  curl_url_set(parsed.get(), CURLUPART_PASSWORD, nullptr, 0);
+  return partOf(parsed.get(), CURLUPART_URL);
+}
+
 class HttpStore : public Store {
  public:
   HttpStore(std::string url, std::string shown, std::function<bool()> cancelled)
@@ -120,7 +148,7 @@ class HttpStore : public Store {
     const Result<long> answer = run(name, received, nullptr);
     if (!answer) return answer.error();
     if (*answer == kNotFound || *answer == kGone) return std::optional<Bytes>();
-    if (*answer != kFound) return Error{ErrorCode::io, "GET: the server answers " + std::to_string(*answer)};
+    if (*answer != kFound) return Error{ErrorCode::io, "GET: " + describeAnswer(name, *answer)};
     return std::optional(std::move(received.bytes));
   }
 
@@ -130,24 +158,47 @@ class HttpStore : public Store {
     const Result<long> answer = run(name, ignored, &sent);
     if (!answer) return answer.error();
     if (*answer >= kMadeFirst && *answer <= kMadeLast) return done();
-    const char* why = *answer == kFull       ? ": it is full"
-                      : *answer == kTooLarge ? ": it does not take so much at once (nginx: client_max_body_size)"
-                                             : "";
-    return Error{ErrorCode::io, "PUT of " + std::to_string(bytes.size()) + " bytes: the server answers " +
-                                    std::to_string(*answer) + why};
+    return Error{ErrorCode::io, "PUT of " + std::to_string(bytes.size()) + " bytes: " + describeAnswer(name, *answer)};
   }
 
   Status hold(std::uint64_t) override { return done(); }  // the server's own to do
   std::string name() const override { return shown_; }
 
  private:
+  // An answer that helps nobody, and what to do.
+  std::string describeAnswer(const EntryName& name, long status) const {
+    const std::string answers = "the server answers " + std::to_string(status);
+    if (status == kFull) return answers + ": it is full";
+    if (status == kTooLarge) return answers + ": it does not take so much at once (nginx: client_max_body_size)";
+    if (status == kUnauthorized)
+      return answers + (url_ == shown_ ? ": it asks for a user and a password; the URL of the store may have them, "
+                                         "http://USER:PASSWORD@SERVER/FOLDER"
+                                       : ": it does not take the user and the password of the store's URL");
+    if (status == kProxyUnauthorized)
+      return answers + ": the proxy asks for a user and a password; its URL may have them (http_proxy, https_proxy)";
+    char* target = nullptr;
+    curl_easy_getinfo(easy_.get(), CURLINFO_REDIRECT_URL, &target);
+    if (target == nullptr) return answers;
+    std::string there = withoutUser(target);
+    if (const std::string entry = pathOf(name); there.ends_with(entry)) there.resize(there.size() - entry.size());
+    constexpr std::size_t kMaxShown = 200;
+    return answers + ": redirects are not followed; the store's own URL expected" +
+           (there.empty() ? "" : ", it leads to " + there.substr(0, kMaxShown));
+  }
+
+  // Of an entry, behind the URL.
+  static std::string pathOf(const EntryName& name) {
+    const std::string entry = toString(name);
+    return folderOf(entry) + "/" + entry;
+  }
+
   // The status of the server's answer. io: there is none.
   Result<long> run(const EntryName& name, Received& received, Sent* sent) {
     if (!easy_) easy_.reset(curl_easy_init());
     if (!easy_ || !multi_) return Error{ErrorCode::io, "libcurl cannot be started"};
     CURL* const easy = received.easy = easy_.get();
     curl_easy_reset(easy);  // connections stay
-    const std::string entry = toString(name), url = url_ + folderOf(entry) + "/" + entry;
+    const std::string url = url_ + pathOf(name);
     char reason[CURL_ERROR_SIZE] = "";
     // Neither compression of the server's nor a 100-continue to wait for.
     const Headers headers(curl_slist_append(nullptr, "Expect:"));
@@ -174,7 +225,8 @@ class HttpStore : public Store {
     const CURLcode result = perform(easy);
     if (result == CURLE_ABORTED_BY_CALLBACK) return cancelledError();
     if (!received.sound) return received.sound.error();
-    if (result != CURLE_OK) return Error{ErrorCode::io, *reason != 0 ? reason : curl_easy_strerror(result)};
+    if (result != CURLE_OK)
+      return Error{ErrorCode::io, withoutCredentials(*reason != 0 ? reason : curl_easy_strerror(result))};
     long status = 0;
     curl_easy_getinfo(easy, CURLINFO_RESPONSE_CODE, &status);
     return status;
@@ -203,15 +255,6 @@ class HttpStore : public Store {
   Easy easy_;
 };
 
-// A part of a URL, or "".
-std::string partOf(CURLU* url, CURLUPart part) {
-  char* text = nullptr;
-  if (curl_url_get(url, part, &text, 0) != CURLUE_OK) return {};
-  std::string copy(text);
-  curl_free(text);
-  return copy;
-}
-
 }  // namespace
 
 Result<std::unique_ptr<Store>> openHttpStore(const std::string& url, std::function<bool()> cancelled) {
@@ -220,6 +263,7 @@ Result<std::unique_ptr<Store>> openHttpStore(const std::string& url, std::functi
   const auto refused = [&](const std::string& why) {
     return Error{ErrorCode::usage, "the URL of a store: expected http:// or https://, a server and a folder, " + why};
   };
+  if (url.compare(url.find(':') + 1, 2, "//") != 0) return refused("found one without //");
   if (!parsed || curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0) != CURLUE_OK)
     return refused("found one that cannot be read");
   const std::string scheme = partOf(parsed.get(), CURLUPART_SCHEME);
@@ -229,11 +273,8 @@ Result<std::unique_ptr<Store>> openHttpStore(const std::string& url, std::functi
   std::string path = partOf(parsed.get(), CURLUPART_PATH);
   if (!path.ends_with('/')) path += '/';
   curl_url_set(parsed.get(), CURLUPART_PATH, path.c_str(), 0);
-  const std::string whole = partOf(parsed.get(), CURLUPART_URL);
-  curl_url_set(parsed.get(), CURLUPART_USER, nullptr, 0);
-  curl_url_set(parsed.get(), CURLUPART_PASSWORD, nullptr, 0);
-  return std::unique_ptr<Store>(
-      std::make_unique<HttpStore>(whole, partOf(parsed.get(), CURLUPART_URL), std::move(cancelled)));
+  std::string whole = partOf(parsed.get(), CURLUPART_URL), shown = withoutUser(whole);
+  return std::unique_ptr<Store>(std::make_unique<HttpStore>(std::move(whole), std::move(shown), std::move(cancelled)));
 }
 
 }  // namespace relume

@@ -3,13 +3,23 @@
 #include "bake/store/directory_store.h"
 #include "bake/store/http_store.h"
 
+#include <algorithm>
+#include <string_view>
 #include <system_error>
 
 namespace relume {
 
 Store::~Store() = default;
 
-bool isUrl(const std::string& where) { return where.find("://") != std::string::npos; }
+// A URL that lost a slash is no folder: its password would become one's name.
+bool isUrl(const std::string& where) {
+  const auto beginsWith = [&](std::string_view scheme) {
+    return where.size() >= scheme.size() && std::equal(scheme.begin(), scheme.end(), where.begin(), [](char a, char b) {
+             return a == b || (b >= 'A' && b <= 'Z' && a == b - 'A' + 'a');
+           });
+  };
+  return where.find("://") != std::string::npos || beginsWith("http:") || beginsWith("https:");
+}
 
 Result<std::unique_ptr<Store>> openStore(const std::string& where, std::function<bool()> cancelled) {
   if (isUrl(where)) return openHttpStore(where, std::move(cancelled));

@@ -49,6 +49,7 @@ class Store {
 // The store of a folder, which is made if there is none, or of a URL (http://, https://). cancelled: asked while a
 // server is waited for. usage: a URL that is none; io: a folder that cannot be made or listed.
 Result<std::unique_ptr<Store>> openStore(const std::string& where, std::function<bool()> cancelled = {});
+// Whether it is meant as a URL, well formed or not: with "://", or "http:" or "https:" at its begin in any case.
 bool isUrl(const std::string& where);
 
 // What a collection has found and removed.

@@ -4,10 +4,9 @@
 #pragma once
 
 #include "relume/array.h"
+#include "relume/vectors.h"
 
 #include <glm/common.hpp>
-#include <glm/vec2.hpp>
-#include <glm/vec3.hpp>
 
 #include <cstdint>
 

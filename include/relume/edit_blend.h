@@ -14,8 +14,8 @@
 #pragma once
 
 #include "relume/result.h"
+#include "relume/vectors.h"
 
-#include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
 #include <cstdint>

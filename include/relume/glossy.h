@@ -3,7 +3,7 @@
 // glossyInGrid()). Pure functions, any thread.
 #pragma once
 
-#include <glm/vec3.hpp>
+#include "relume/vectors.h"
 
 #include <algorithm>
 #include <cmath>

@@ -64,7 +64,8 @@ struct LiveLightOptions {
   // 0 = a quarter of the volume, 65536 at least.
   std::uint32_t surfaceBudget = 0;
   ParallelFor parallelFor{};  // empty = one thread; its copies live as long as the light
-  // GL backend: as RelightOptions has both. The CPU backend asks the setup's visibility or visibilityBatch.
+  // GL backend: as RelightOptions has both; bindings, units and names that are Relume's are the same, so that one text
+  // serves a bake and light without one. The CPU backend asks the setup's visibility or visibilityBatch.
   std::string visibilityGlsl{};
   GetProcAddress getProcAddress{};
   LiveGlNames glNames{};  // GL backend
@@ -112,8 +113,8 @@ class LiveLight {
  public:
   // usage: an option out of range, an index or a number of the geometry's out of its range (the message names surface,
   // mesh, triangle or part), a box that is not finite or inside out, more than 2^25 triangles once they are split into
-  // pieces of at most eight voxels, the GL backend without getProcAddress, bad glNames; unsupported: no OpenGL 4.3;
-  // failed: a shader did not compile; memory.
+  // pieces of at most eight voxels, the GL backend without getProcAddress, bad glNames, a block of
+  // visibilityGlsl at a binding of Relume's; unsupported: no OpenGL 4.3; failed: a shader did not compile; memory.
   static Result<LiveLight> create(const VoxelGeometry& geometry, const LiveLightOptions& options);
   LiveLight(LiveLight&&) noexcept;
   LiveLight& operator=(LiveLight&&) noexcept;

@@ -25,9 +25,7 @@
 #pragma once
 
 #include "relume/result.h"
-
-#include <glm/mat4x3.hpp>
-#include <glm/vec3.hpp>
+#include "relume/vectors.h"
 
 #include <cstddef>
 #include <cstdint>

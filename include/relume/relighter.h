@@ -21,8 +21,10 @@
 // and std::bad_alloc where not; nothing is leaked, and last frame's light stays.
 //
 // OpenGL state: create() and relight() put back what they bind (program, buffer bindings, texture units, image units,
-// active unit); readers bind GL_COPY_READ_BUFFER and put it back. Units that the GL backend keeps light in are halves:
-// keep irradiance under 60000 of whatever unit the lights are given in.
+// active unit); readers bind GL_COPY_READ_BUFFER and put it back. What was deleted while it was bound (a program in
+// use, an object that another context deletes) cannot be bound again: nothing is, then. Errors that are pending may be
+// forgotten: glGetError() is the host's to call before. Units that the GL backend keeps light in are halves: keep
+// irradiance under 60000 of whatever unit the lights are given in.
 #pragma once
 
 #include "relume/bake_data.h"
@@ -47,7 +49,8 @@ namespace relume {
 enum class BackendKind { cpu, gl };
 
 // Runs body(0) .. body(tasks - 1), in any order, returning when all are done. The host's job system; the default is a
-// plain loop on the calling thread.
+// plain loop on the calling thread. No body throws: what a callback of the host's throws in one, or memory that runs
+// out, is thrown on, or said by an Error, on the thread that called the library.
 using ParallelFor = std::function<void(std::uint32_t tasks, const std::function<void(std::uint32_t)>& body)>;
 
 // Address of the OpenGL function `name` ("glUseProgram") for the context that is current, null where there is none:
@@ -78,8 +81,8 @@ struct RelightOptions {
   // levels, 12 bytes each; OpenGL 16 bytes for each texel and mip level beside them.
   std::vector<DrivenImage> drivenImages{};
   // [0..kMaxMovingParts] how many LightSetup::movingParts a frame has at most; 0 = none. What they need is kept beside
-  // the links, 32 bytes a surfel, about twice what the surfels themselves take, and some 70 a cache; OpenGL and
-  // GpuPasses keep 56 a cache and 17 KiB a part. WebAssembly: in modules of their own (docs/guide/web.md).
+  // the links, 32 bytes a surfel, about twice what the surfels themselves take, some 70 a cache and 5 KiB a part;
+  // OpenGL and GpuPasses keep 56 a cache and 17 KiB a part. WebAssembly: in modules of their own (docs/guide/web.md).
   std::uint32_t movingParts = 0;
   // [1, 2, 4 .. 64] frames within which each cache near parts is looked at again, wherever they are by then; 1 = all in
   // every frame. A frame looks at a 32nd of all caches, those of which parts cover more the more often. Until then what
@@ -97,9 +100,17 @@ struct RelightOptions {
   // first that needs no more; where none does there is no texture.
   std::uint32_t gridTextureBytes = 4u << 20;
   // GL backend: GLSL that defines `float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)` with whatever
-  // uniforms and samplers it needs (the host sets them through GlResolve::surfelProgram(), with moving parts through
-  // movingProgram() as well, textures on units of its own below 12). Numbers outside [0..1] are clamped, NaN is 0.
-  // Empty = nothing is in shadow.
+  // uniforms, samplers and blocks it needs (the host sets them through GlResolve::surfelProgram(), with moving parts
+  // through movingProgram() as well). Numbers outside [0..1] are clamped, NaN is 0. Empty = nothing is in shadow.
+  //
+  // While it runs, Relume has buffers of its own bound to storage blocks 0 to 7 and uniform block 7, and uses texture
+  // units 12 to 15 and image units 0 to 2; all others are as the host has bound them. create() refuses a block that the
+  // text gives one of those bindings (0 is a storage block's that has none). The surfels' pass has eight storage blocks
+  // itself, which is all that OpenGL promises: more of them are for drivers that have more; uniform blocks, textures
+  // and texture buffers are for all.
+  //
+  // Names that begin with relume, Relume, kRelume, RELUME or gl_ are reserved. The text is compiled within Relume's,
+  // where its macros hold to the end: names of its own for those as well. Logs of errors count its lines as string 1.
   std::string visibilityGlsl{};
   // GL backend, which needs it: where it gets OpenGL's functions from. Called within create() alone; each relighter
   // keeps the addresses that it was given, and the library links no OpenGL.
@@ -198,8 +209,9 @@ struct AmbientVolume {
 
 class Relighter {
  public:
-  // usage: bands or gridTrust out of range, a Simd the processor lacks, the GL backend without getProcAddress, a driven
-  // image of no size or of a material that the bake does not know as drivable, or that has no texture coordinates;
+  // usage: bands or gridTrust out of range, a Simd the processor lacks, the GL backend without getProcAddress, a block
+  // of visibilityGlsl at a binding of Relume's (the message names both), a driven image of no size or of a material
+  // that the bake does not know as drivable, or that has no texture coordinates;
   // unsupported: no OpenGL 4.3, a function of it that getProcAddress does not know, buffers larger than the driver
   // allows; invalidFile: the bake breaks an invariant the runtime needs; failed: a shader did not compile (its log in
   // the message); memory: it ran out.
@@ -344,10 +356,10 @@ class Relighter {
 [[nodiscard]] std::vector<glm::vec3> shSky(std::span<const glm::vec3> skyDirection,
                                            std::span<const glm::vec3> coefficients);
 
-// Relight until the change of the caches' total falls below `tolerance` (relative), at most maxFrames times. Returns
-// the number of frames, or what check() says of the setup. For tools and tests; a game converges over its frames by
-// itself.
+// Relight until the change of the caches' total falls below `tolerance` (relative), at most maxFrames times: a closed
+// room of albedo 0.95 takes some 130 frames, plaster about 20. Returns the number of frames, or what check() says of
+// the setup. For tools and tests; a game converges over its frames by itself.
 [[nodiscard]] Result<int> relightUntilConverged(Relighter& relighter, const LightSetup& setup, float tolerance = 1e-4f,
-                                                int maxFrames = 64);
+                                                int maxFrames = 1024);
 
 }  // namespace relume

@@ -92,8 +92,9 @@ typedef struct relume_context_desc {
    * neither; NULL = the global operators new and delete. Exempt are texts (of errors, names, provenance, GLSL), a few
    * hundred bytes while a file is opened and read, the OpenGL driver's own memory, and the file, which is mapped.
    * Called on the threads that call the library, at the same time where those do; the last call is that of the last
-   * handle's destruction. After the first frame only a frame with more lights or moving parts than any before, or with
-   * other shapes, allocates. */
+   * handle's destruction. After the first frame only a frame allocates that has more lights, driven materials or moving
+   * parts than any before, or other shapes; with OpenGL also the first with sky patches or a surfel's own light, and
+   * relume_reset. */
   relume_allocate allocate;
   relume_deallocate deallocate;
 } relume_context_desc;
@@ -176,8 +177,10 @@ typedef struct relume_relighter_desc {
   relume_backend backend;
   int luma_bands;   /* [0, 1..8] 0 = what the bake recommends */
   int chroma_bands; /* [0, 1..luma_bands] 0 = what the bake recommends */
-  /* RELUME_BACKEND_GL: GLSL that defines `float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)`.
-   * NULL or "" = nothing is in shadow. */
+  /* RELUME_BACKEND_GL: GLSL that defines `float relumeVisibility(uint light, vec3 positionWorld, vec3 normal)`. NULL or
+   * "" = nothing is in shadow. While it runs, storage blocks 0 to 7, uniform block 7, texture units 12 to 15 and image
+   * units 0 to 2 are Relume's: a block at one of those bindings is RELUME_ERROR_USAGE. Names that begin with relume,
+   * Relume, kRelume, RELUME or gl_ are reserved. More of both: RelightOptions::visibilityGlsl (relighter.h). */
   const char* visibility_glsl;
   /* RELUME_BACKEND_GL, which needs it: calls glfwGetProcAddress(name), eglGetProcAddress(name),
    * SDL_GL_GetProcAddress(name) or what else made the context. Called within relume_relighter_create() alone; each

@@ -63,7 +63,7 @@ typedef struct relume_live_desc {
   unsigned int cells;           /* [8..64] on the box's longest side; 0 = 32 */
   unsigned int rays_per_cell;   /* [8..4096] a frame; 0 = 64 */
   unsigned int surface_budget;  /* [voxels] that keep their sides; 0 = a quarter of the volume */
-  const char* visibility_glsl;  /* RELUME_BACKEND_GL: as relume_relighter_desc has it */
+  const char* visibility_glsl;  /* RELUME_BACKEND_GL: as relume_relighter_desc has it, with the same bindings */
   relume_get_proc_address get_proc_address;
   void* get_proc_address_user;
   unsigned int cascades; /* [1..4] volumes in one another, about the eye (LiveLightOptions::cascades); 0 = 1 */

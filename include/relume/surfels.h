@@ -4,8 +4,7 @@
 #pragma once
 
 #include "relume/array.h"
-
-#include <glm/vec3.hpp>
+#include "relume/vectors.h"
 
 #include <cstdint>
 

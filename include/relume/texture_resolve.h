@@ -5,7 +5,8 @@
 // to the rounding of halves.
 #pragma once
 
-#include <glm/vec3.hpp>
+#include "relume/vectors.h"
+
 #include <glm/vec4.hpp>
 
 #include <array>

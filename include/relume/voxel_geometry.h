@@ -4,8 +4,7 @@
 // backend.
 #pragma once
 
-#include <glm/mat4x3.hpp>
-#include <glm/vec3.hpp>
+#include "relume/vectors.h"
 
 #include <cstdint>
 #include <span>

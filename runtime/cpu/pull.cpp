@@ -3,6 +3,8 @@
 // into parts that are pulled on their own, for several threads.
 #include "runtime/cpu/pull.h"
 
+#include "runtime/shared/chunks.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -87,7 +89,7 @@ void PullTree::pull(const LightSurfelsKernel& kernel, std::span<std::uint32_t> n
         pullNodes(kernel, node, bound_[part * below + level], bound_[(part + 1) * below + level]);
       }
     };
-    parallelFor(parts_, std::cref(pullPart));
+    runTasks(parallelFor, parts_, pullPart);
   }
   for (std::uint32_t level = inParts ? cut_ : levels; level-- > 0;) {
     pullNodes(kernel, node, innerBegin_[level], innerBegin_[level + 1]);

@@ -2,6 +2,8 @@
 // See check_textures.h.
 #include "runtime/gl/check_textures.h"
 
+#include "runtime/gl/saved_state.h"
+
 #include <algorithm>
 #include <string>
 
@@ -50,12 +52,12 @@ Status checkTextures(const Functions& gl, const LightSetup& setup, const ImageSi
       wrong = wrongWith(gl, sizes[emission.material]);
     }
     if (wrong.empty()) continue;
-    gl.BindTexture(GL_TEXTURE_2D, static_cast<GLuint>(bound));
+    gl.BindTexture(GL_TEXTURE_2D, textureAgain(gl, bound));
     return Error{ErrorCode::usage, "light setup: materialEmissions[" +
                                        std::to_string(&emission - setup.materialEmissions.data()) + "].texture " +
                                        std::to_string(emission.texture) + " " + wrong};
   }
-  if (bound >= 0) gl.BindTexture(GL_TEXTURE_2D, static_cast<GLuint>(bound));
+  if (bound >= 0) gl.BindTexture(GL_TEXTURE_2D, textureAgain(gl, bound));
   return done();
 }
 

@@ -28,6 +28,17 @@ bool load(const GetProcAddress& getProcAddress, const char* name, Pointer& point
   return pointer != nullptr;
 }
 
+// Of a context that has all functions.
+bool hasExtension(const Functions& gl, std::string_view name) {
+  GLint count = 0;
+  gl.GetIntegerv(GL_NUM_EXTENSIONS, &count);
+  for (GLint i = 0; i < count; ++i) {
+    const auto* text = reinterpret_cast<const char*>(gl.GetStringi(GL_EXTENSIONS, static_cast<GLuint>(i)));
+    if (text != nullptr && text == name) return true;
+  }
+  return false;
+}
+
 Error missing(const char* name) {
   return unsupported("the OpenGL backend needs " + std::string(name) +
                      ", for which getProcAddress returned null: is an OpenGL 4.3 context current, and is this the "
@@ -56,6 +67,7 @@ Result<Functions> loadFunctions(const GetProcAddress& getProcAddress) {
   if (!load(getProcAddress, "gl" #name, gl.name)) return missing("gl" #name);
   RELUME_GL_FUNCTIONS(RELUME_GL_LOAD)
 #undef RELUME_GL_LOAD
+  gl.hasQueryBuffer = isOf(text, 4) || hasExtension(gl, "GL_ARB_query_buffer_object");
   return gl;
 }
 

@@ -57,15 +57,22 @@ namespace relume::gl {
   X(GetIntegerv, GETINTEGERV)                         \
   X(GetProgramInfoLog, GETPROGRAMINFOLOG)             \
   X(GetProgramiv, GETPROGRAMIV)                       \
+  X(GetProgramInterfaceiv, GETPROGRAMINTERFACEIV)     \
+  X(GetProgramResourceiv, GETPROGRAMRESOURCEIV)       \
+  X(GetProgramResourceName, GETPROGRAMRESOURCENAME)   \
   X(GetQueryObjectiv, GETQUERYOBJECTIV)               \
   X(GetQueryObjectui64v, GETQUERYOBJECTUI64V)         \
   X(GetShaderInfoLog, GETSHADERINFOLOG)               \
   X(GetShaderiv, GETSHADERIV)                         \
   X(GetString, GETSTRING)                             \
+  X(GetStringi, GETSTRINGI)                           \
   X(GetTexImage, GETTEXIMAGE)                         \
   X(GetTexLevelParameteriv, GETTEXLEVELPARAMETERIV)   \
   X(GetUniformLocation, GETUNIFORMLOCATION)           \
   X(GetUniformiv, GETUNIFORMIV)                       \
+  X(IsBuffer, ISBUFFER)                               \
+  X(IsProgram, ISPROGRAM)                             \
+  X(IsSampler, ISSAMPLER)                             \
   X(IsTexture, ISTEXTURE)                             \
   X(LinkProgram, LINKPROGRAM)                         \
   X(MemoryBarrier, MEMORYBARRIER)                     \
@@ -96,6 +103,7 @@ struct Functions {
 #define RELUME_GL_POINTER(name, NAME) PFNGL##NAME##PROC name = nullptr;
   RELUME_GL_FUNCTIONS(RELUME_GL_POINTER)
 #undef RELUME_GL_POINTER
+  bool hasQueryBuffer = false;  // whether there is a GL_QUERY_BUFFER: OpenGL 4.4, ARB_query_buffer_object
 };
 
 // What drawing needs in addition, for tools: no pass of the backends draws. All are in OpenGL 4.3 core.
@@ -141,7 +149,8 @@ struct DrawFunctions {
   PFNGLCLIPCONTROLPROC ClipControl = nullptr;  // null before OpenGL 4.5
 };
 
-// The functions of the context that is current, which is asked for its version and nothing else.
+// The functions of the context that is current, which is asked for its version and, once it has them all, for its
+// extensions.
 // usage: getProcAddress is empty; unsupported: no context, one older than OpenGL 4.3 or of OpenGL ES, a function that
 // getProcAddress does not know (the message names it).
 Result<Functions> loadFunctions(const GetProcAddress& getProcAddress);

@@ -6,6 +6,7 @@
 #include "relume/result.h"
 #include "runtime/gl/handle.h"
 #include "runtime/gl/host_writes.h"
+#include "runtime/gl/saved_state.h"
 #include "runtime/passes/frame_plan.h"
 
 #include <array>
@@ -35,11 +36,10 @@ template <class T>
 std::pmr::vector<T> readBuffer(const Functions& gl, const Buffer& buffer, std::size_t count,
                                std::pmr::memory_resource* memory) {
   std::pmr::vector<T> data(count, memory);
-  GLint bound = 0;
-  gl.GetIntegerv(GL_COPY_READ_BUFFER_BINDING, &bound);
+  const GLint bound = integerOf(gl, GL_COPY_READ_BUFFER_BINDING);
   gl.BindBuffer(GL_COPY_READ_BUFFER, buffer.get());
   gl.GetBufferSubData(GL_COPY_READ_BUFFER, 0, static_cast<GLsizeiptr>(count * sizeof(T)), data.data());
-  gl.BindBuffer(GL_COPY_READ_BUFFER, static_cast<GLuint>(bound));
+  gl.BindBuffer(GL_COPY_READ_BUFFER, bufferAgain(gl, bound));
   return data;
 }
 

@@ -10,7 +10,8 @@
 
 namespace relume::gl {
 
-// A linked compute program. failed: the driver's log and the file.
+// A linked compute program. failed: the driver's log and the file; usage: a block of visibilityGlsl has one of the
+// bindings that SavedState saves.
 Result<Program> makeComputeProgram(const Functions& gl, std::string_view path, Defines defines,
                                    std::string_view visibilityGlsl = {});
 // A linked program that draws; both stages have the definitions. failed: likewise.

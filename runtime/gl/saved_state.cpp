@@ -8,7 +8,6 @@ namespace relume::gl {
 namespace {
 
 constexpr GLuint kEndUnit = 16;
-constexpr GLuint kUniformSlot = RELUME_RESOLVE_SLOT_UNIFORMS;
 constexpr std::array<GLenum, 16> kPixelStore = {
     GL_PACK_SWAP_BYTES,    GL_PACK_LSB_FIRST,   GL_PACK_ROW_LENGTH,     GL_PACK_SKIP_ROWS,
     GL_PACK_SKIP_PIXELS,   GL_PACK_ALIGNMENT,   GL_PACK_IMAGE_HEIGHT,   GL_PACK_SKIP_IMAGES,
@@ -18,7 +17,17 @@ constexpr GLint pixelStoreDefault(GLenum what) {
   return what == GL_PACK_ALIGNMENT || what == GL_UNPACK_ALIGNMENT ? 4 : 0;
 }
 
+static_assert(SavedState::kUniformSlot == RELUME_RESOLVE_SLOT_UNIFORMS);
+
+GLuint nameAgain(GLint name, GLboolean(APIENTRYP isObject)(GLuint)) {
+  const auto unsignedName = static_cast<GLuint>(name);
+  return name != 0 && isObject(unsignedName) == GL_TRUE ? unsignedName : 0;
+}
+
 }  // namespace
+
+GLuint bufferAgain(const Functions& gl, GLint name) { return nameAgain(name, gl.IsBuffer); }
+GLuint textureAgain(const Functions& gl, GLint name) { return nameAgain(name, gl.IsTexture); }
 
 GLint integerOf(const Functions& gl, GLenum what) {
   GLint value = 0;
@@ -41,7 +50,7 @@ SavedState::Range SavedState::queryRange(GLenum binding, GLenum start, GLenum si
 }
 
 void SavedState::restoreRange(GLenum target, GLuint slot, const Range& range) const {
-  const auto buffer = static_cast<GLuint>(range.buffer);
+  const GLuint buffer = bufferAgain(gl_, range.buffer);
   if (buffer == 0 || range.size == 0) {
     gl_.BindBufferBase(target, slot, buffer);
   } else {
@@ -89,28 +98,28 @@ SavedState::~SavedState() {
   for (std::size_t i = 0; i < kPixelStore.size(); ++i) gl_.PixelStorei(kPixelStore[i], store_[i]);
   for (GLuint i = 0; i < image_.size(); ++i) {
     const Image& image = image_[i];
-    gl_.BindImageTexture(i, static_cast<GLuint>(image.name), image.level, static_cast<GLboolean>(image.layered != 0),
+    gl_.BindImageTexture(i, textureAgain(gl_, image.name), image.level, static_cast<GLboolean>(image.layered != 0),
                          image.layer, static_cast<GLenum>(image.access), static_cast<GLenum>(image.format));
   }
   for (GLuint i = 0; firstUnit_ + i < kEndUnit; ++i) {
     gl_.ActiveTexture(GL_TEXTURE0 + firstUnit_ + i);
-    gl_.BindTexture(GL_TEXTURE_2D, static_cast<GLuint>(unit_[i].texture2D));
-    gl_.BindTexture(GL_TEXTURE_2D_ARRAY, static_cast<GLuint>(unit_[i].texture2DArray));
-    gl_.BindTexture(GL_TEXTURE_3D, static_cast<GLuint>(unit_[i].texture3D));
-    gl_.BindSampler(firstUnit_ + i, static_cast<GLuint>(unit_[i].sampler));
+    gl_.BindTexture(GL_TEXTURE_2D, textureAgain(gl_, unit_[i].texture2D));
+    gl_.BindTexture(GL_TEXTURE_2D_ARRAY, textureAgain(gl_, unit_[i].texture2DArray));
+    gl_.BindTexture(GL_TEXTURE_3D, textureAgain(gl_, unit_[i].texture3D));
+    gl_.BindSampler(firstUnit_ + i, nameAgain(unit_[i].sampler, gl_.IsSampler));
   }
   // Indexed bindings also set the generic one: restore that last.
   for (GLuint i = 0; i < kStorageSlots; ++i) restoreRange(GL_SHADER_STORAGE_BUFFER, i, storageSlot_[i]);
   restoreRange(GL_UNIFORM_BUFFER, kUniformSlot, uniformSlot_);
   gl_.ActiveTexture(static_cast<GLenum>(activeUnit_));
-  gl_.BindBuffer(GL_PIXEL_PACK_BUFFER, static_cast<GLuint>(pixelPack_));
-  gl_.BindBuffer(GL_PIXEL_UNPACK_BUFFER, static_cast<GLuint>(pixelUnpack_));
-  gl_.BindBuffer(GL_COPY_WRITE_BUFFER, static_cast<GLuint>(copyWrite_));
-  gl_.BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, static_cast<GLuint>(indirect_));
-  gl_.BindBuffer(GL_COPY_READ_BUFFER, static_cast<GLuint>(copyRead_));
-  gl_.BindBuffer(GL_UNIFORM_BUFFER, static_cast<GLuint>(uniform_));
-  gl_.BindBuffer(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(storage_));
-  gl_.UseProgram(static_cast<GLuint>(program_));
+  gl_.BindBuffer(GL_PIXEL_PACK_BUFFER, bufferAgain(gl_, pixelPack_));
+  gl_.BindBuffer(GL_PIXEL_UNPACK_BUFFER, bufferAgain(gl_, pixelUnpack_));
+  gl_.BindBuffer(GL_COPY_WRITE_BUFFER, bufferAgain(gl_, copyWrite_));
+  gl_.BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, bufferAgain(gl_, indirect_));
+  gl_.BindBuffer(GL_COPY_READ_BUFFER, bufferAgain(gl_, copyRead_));
+  gl_.BindBuffer(GL_UNIFORM_BUFFER, bufferAgain(gl_, uniform_));
+  gl_.BindBuffer(GL_SHADER_STORAGE_BUFFER, bufferAgain(gl_, storage_));
+  gl_.UseProgram(nameAgain(program_, gl_.IsProgram));
 }
 
 }  // namespace relume::gl

@@ -12,12 +12,19 @@ namespace relume::gl {
 GLint integerOf(const Functions& gl, GLenum what);
 GLint integerOf(const Functions& gl, GLenum what, GLuint index);
 
+// What has been bound, to bind it again; 0 where it is no object any more: another context has deleted it, or the host
+// a program that was in use. Such an object lives as long as it is bound, and its name cannot be bound again.
+GLuint bufferAgain(const Functions& gl, GLint name);
+GLuint textureAgain(const Functions& gl, GLint name);
+
 // Remembers on construction and restores on destruction: the program; the generic and the indexed bindings 0 to 7 of
 // GL_SHADER_STORAGE_BUFFER; the generic and indexed binding 7 of GL_UNIFORM_BUFFER; the active texture unit; 2-D, 2-D
 // array and 3-D texture and sampler of the last of 16 units; image units 0 to 2; the copy buffers, the buffer of
 // indirect dispatches and the pixel pack and unpack state.
 class SavedState {
  public:
+  static constexpr GLuint kStorageSlots = 8, kUniformSlot = 7;
+
   // units: how many, from 12 or an earlier one to 15. [4..8]
   explicit SavedState(const Functions& gl, GLuint units = 4);
   ~SavedState();
@@ -35,7 +42,6 @@ class SavedState {
   struct Image {
     GLint name = 0, level = 0, layered = 0, layer = 0, access = 0, format = 0;
   };
-  static constexpr GLuint kStorageSlots = 8;
   Range queryRange(GLenum binding, GLenum start, GLenum size, GLuint slot) const;
   void restoreRange(GLenum target, GLuint slot, const Range& range) const;
 

@@ -4,10 +4,29 @@
 #pragma once
 
 #include "runtime/gl/handle.h"
+#include "runtime/gl/saved_state.h"
 
 #include <array>
 
 namespace relume::gl {
+
+// While it lives, results of queries go to memory: with a buffer of the host's bound they would go there.
+class ResultsToMemory {
+ public:
+  explicit ResultsToMemory(const Functions& gl)
+      : gl_(gl), buffer_(gl.hasQueryBuffer ? integerOf(gl, GL_QUERY_BUFFER_BINDING) : 0) {
+    if (buffer_ != 0) gl_.BindBuffer(GL_QUERY_BUFFER, 0);
+  }
+  ~ResultsToMemory() {
+    if (buffer_ != 0) gl_.BindBuffer(GL_QUERY_BUFFER, bufferAgain(gl_, buffer_));
+  }
+  ResultsToMemory(const ResultsToMemory&) = delete;
+  ResultsToMemory& operator=(const ResultsToMemory&) = delete;
+
+ private:
+  const Functions& gl_;
+  GLint buffer_ = 0;
+};
 
 // kPasses intervals a frame. Several frames are in flight.
 template <std::size_t kPasses>
@@ -42,6 +61,7 @@ class FrameTimer {
   // Take the times of one frame in flight; `wait` before its queries are used again.
   void collect(std::size_t frame, bool wait) {
     if (!pending_[frame]) return;
+    const ResultsToMemory toMemory(*gl_);
     GLint available = 0;
     gl_->GetQueryObjectiv(query_[frame][kPasses].get(), GL_QUERY_RESULT_AVAILABLE, &available);
     if (!available && !wait) return;

@@ -30,10 +30,10 @@ float ShapePlace::viewShare(const MovingShape& shape) const {
 
 bool placeShape(const MovingShape& shape, const glm::mat4x3& toWorld, ShapePlace& place) {
   const glm::mat3 linear(toWorld[0], toWorld[1], toWorld[2]);
+  if (!(std::abs(glm::determinant(glm::dmat3(linear))) > 0.0)) return false;  // hosts may trap a division by zero
   const glm::dmat3 inverse = glm::inverse(glm::dmat3(linear));
   for (int k = 0; k < 3; ++k) {
-    // NaN as well, which is what zero divided by zero gives.
-    if (!(glm::length(inverse[k]) < 1e12)) return false;
+    if (!(glm::length(inverse[k]) < 1e12)) return false;  // NaN as well
   }
   place.toWorld = toWorld;
   place.toShape = glm::mat3(inverse);

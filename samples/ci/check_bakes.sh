@@ -4,7 +4,8 @@
 #
 #   samples/ci/check_bakes.sh LEVELS ACCEPTED OUT
 #
-#   LEVELS    folder with *.glb and *.gltf; none is no error
+#   LEVELS    folder with *.glb and *.gltf; none is no error. Options of a level are in <level>.options.json beside it,
+#             over the preset
 #   ACCEPTED  folder with the bakes of the last release, <level>.relume; a level without one is only baked and validated
 #   OUT       folder for new bakes, reports and pages; another one than ACCEPTED
 #
@@ -67,7 +68,9 @@ for level in "${found[@]}"; do
     cp "$old" "$bake.part"
     mv "$bake.part" "$bake"
   fi
-  "$relume" bake "$level" -o "$bake" --preset "$preset" --report "$out/$name.json" --progress plain
+  options=()
+  if [ -f "$levels/$name.options.json" ]; then options=(--options "$levels/$name.options.json"); fi
+  "$relume" bake "$level" -o "$bake" --preset "$preset" "${options[@]}" --report "$out/$name.json" --progress plain
   "$relume" validate "$bake"
   if [ ! -f "$old" ]; then
     echo "$name: no accepted bake to compare with"

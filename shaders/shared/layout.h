@@ -378,7 +378,7 @@ struct RelumeSurfels {
 #define RELUME_DRIVE_PARAMETERS(P) \
   P(vec3, relumeFactor) P(uint, relumeDrivenBy) P(uint, relumeFirstEntry) P(uint, relumeEndEntry)
 
-// relumeBoxOrigin, relumeBoxStep [m]: SurfelBox. relumeFlatEnd: up to here, surfels read texelColor.
+// relumeBoxOrigin, relumeBoxStep [m]: SurfelBox. relumeFlatEnd: up to here, surfels read relumeTexelColor.
 // relumeHostOffset: first colour of the host's irradiance, emission and sky patches in its buffer; kRelumeNone = not
 // handed over. relumeSkyRadiance [W/m²/sr]. relumeBounceScale: 0 also in the first frame. relumeMapSize [texel].
 // relumeEmits: as baked or driven; then beside what the host hands over. relumeLitOnGpu: by the host's shader.

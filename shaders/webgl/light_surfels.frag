@@ -29,9 +29,9 @@ uniform float relumeBounceScale;  // 0 also in the first frame
 
 layout(location = 0) out uint relumeRadiosity;
 
-const float kPi = 3.14159265;
+const float kRelumePi = 3.14159265;
 
-vec3 direct(uint s, vec3 position, vec3 normal) {
+vec3 relumeDirect(uint s, vec3 position, vec3 normal) {
   if (relumeHostWidth > 0) {
     // A number that is not finite would never leave the bounces.
     vec3 e = texelFetch(relumeHostLight, ivec2(int(s) % relumeHostWidth, int(s) / relumeHostWidth), 0).rgb;
@@ -48,12 +48,12 @@ vec3 direct(uint s, vec3 position, vec3 normal) {
   return sum;
 }
 
-vec3 radiosityOfSurfel(uint s) {
+vec3 relumeRadiosityOfSurfel(uint s) {
   uvec4 word = texelFetch(relumeSurfels, relumeTexelOf(s), 0);
   vec3 position = relumeBoxOrigin + relumeBoxStep * vec3(word.x & 0xFFFFu, word.x >> 16, word.y & 0xFFFFu);
   vec3 normal = relumeUnpackDirection(word.z, 12);
   vec3 albedo = vec3((word.y >> 16) & 255u, word.y >> 24, word.z >> 24) / 255.0;
-  vec3 e = direct(s, position, normal);
+  vec3 e = relumeDirect(s, position, normal);
   if (relumeBounceScale > 0.0) {
     vec3 bounce;
     if (word.w == kRelumeNone) bounce = relumeIrradianceGrid(position, normal);
@@ -69,7 +69,7 @@ vec3 radiosityOfSurfel(uint s) {
     emission = texelFetch(relumeEmission, relumeTexelOf(s), 0).rgb * relumeEmissionScale;
   }
 #endif
-  return albedo * e + kPi * emission;
+  return albedo * e + kRelumePi * emission;
 }
 
 void main() {
@@ -77,9 +77,9 @@ void main() {
   if (s >= relumeSenderCount) discard;
   vec3 radiosity;
   if (s < relumeSurfelCount) {
-    radiosity = radiosityOfSurfel(s);
+    radiosity = relumeRadiosityOfSurfel(s);
   } else {
-    radiosity = kPi * (relumeHostSky ? texelFetch(relumeSkyPatches, ivec2(int(s - relumeSurfelCount), 0), 0).rgb : relumeSkyRadiance);
+    radiosity = kRelumePi * (relumeHostSky ? texelFetch(relumeSkyPatches, ivec2(int(s - relumeSurfelCount), 0), 0).rgb : relumeSkyRadiance);
   }
   relumeRadiosity = relumePackColor(radiosity, relumeDither(texelFetch(relumeLeafNodes, relumeTexelOf(s), 0).x));
 }

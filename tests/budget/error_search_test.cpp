@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
-// The search for the least memory whose bake has an error, against errors that are laws.
+// The search for the least memory whose bake has an error, against errors that are laws; what is said of an error that
+// the noise of its certificate hides.
 #include "bake/budget/error_search.h"
+#include "bake/budget/bake_to_error.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace relume {
 namespace {
@@ -61,6 +66,39 @@ TEST(ErrorSearch, endsWhateverTheErrors) {
   EXPECT_GT(up.foundMiB, 0.0);
   EXPECT_LE(up.bakes, 8);
   EXPECT_EQ(search(0.1, 1024.0, [](double) { return 1e30; }).foundMiB, 0.0);
+}
+
+// The warnings of a bake to an error whose certificate is this.
+std::string warningsOf(float maxError, std::vector<float> squaredError, std::vector<float> standardError) {
+  std::string warnings;
+  Context context;
+  context.onMessage = [&](Severity severity, std::string_view text) {
+    if (severity == Severity::warning) warnings += text;
+  };
+  BakeOptions asked;
+  asked.budget = {1.0f, 0.0f, maxError};
+  const Result<Bake> baked = bakeToError(asked, context, [&](const BakeOptions&) -> Result<Bake> {
+    Bake bake;
+    bake.certificate.lightKind = std::vector<std::uint32_t>(squaredError.size(), 1);
+    bake.certificate.squaredError = squaredError;
+    bake.certificate.standardError = standardError;
+    return bake;
+  });
+  EXPECT_TRUE(baked) << baked.error().message;
+  return warnings;
+}
+
+TEST(ErrorSearch, boundsBelowTheNoiseAreMetWithAWarning) {
+  // The middle is below 0, its standard error that of an error of 2 %; lights that are not the middle have others.
+  const std::vector<float> squared = {0.04f, -0.0001f, -0.02f}, deviation = {0.01f, 0.0004f, 0.01f};
+  const std::string warned = warningsOf(0.001f, squared, deviation);
+  EXPECT_NE(warned.find("(--max-error) is 0.001,"), std::string::npos) << warned;
+  EXPECT_NE(warned.find("noise is as large as an error of 2.0 %"), std::string::npos) << warned;
+  EXPECT_EQ(warningsOf(0.03f, squared, deviation), "") << "a bound that the certificate can tell";
+  // Of an even number of lights the two in the middle; of an error above the noise nothing is said.
+  EXPECT_NE(warningsOf(0.01f, {-0.1f, 0.0f, 0.0001f, 0.1f}, {1.0f, 0.0001f, 0.0003f, 1.0f}).find("an error of 1.4 %"),
+            std::string::npos);
+  EXPECT_EQ(warningsOf(0.5f, {0.01f}, {0.0001f}), "");
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Caches of small scenes with known answers: on surfaces, in free space, on the side that is seen.
 #include "bake/caches/caches.h"
+#include "bake/caches/receivers_in_sight.h"
 #include "bake/import/find_solids.h"
 #include "tests/caches/meshes.h"
 #include "tests/caches/placed.h"
@@ -21,6 +22,7 @@ using test::addBox;
 using test::addInstance;
 using test::addQuad;
 using test::addTriangle;
+using test::cameraAt;
 using test::fewCaches;
 using test::kRoomHigh;
 using test::kRoomLow;
@@ -369,6 +371,54 @@ TEST(PlaceCaches, SurfelsReadCachesAtTheirOwnPlace) {
     ASSERT_NE(cache, kNoCache);
     EXPECT_LT(glm::distance(p.caches.positionWorld[cache], seeds[i].positionWorld), 0.4f);
     EXPECT_EQ(receivers[i + 1], kGridReceiver) << "the outside has no light map";
+  }
+}
+
+// A floor in one piece under a thin wall, whose texels lie on both sides of it.
+TEST(PlaceCaches, SurfelsReadNothingBeyondAWall) {
+  constexpr float kWall = 0.23f, kHalfThick = 0.05f;
+  Placed p{};
+  Mesh room, wall;
+  addBox(room, {-4, 0, -3}, {4, 3, 3}, true);
+  addBox(wall, {kWall - kHalfThick, 0, -3}, {kWall + kHalfThick, 3, 3}, false);
+  addInstance(p.scene, std::move(room), "room");
+  addInstance(p.scene, std::move(wall), "wall");
+  p.scene.cameras = {cameraAt({-2, 1.4f, 0.3f}), cameraAt({2, 1.4f, -0.4f})};
+  place(p, fewCaches(400));
+  std::vector<SurfelSeed> seeds;
+  for (std::uint32_t t = 0; t < 12; ++t) {
+    const auto c = p.scene.corners(p.scene.instances[0], t);
+    for (float u = 0.02f; u < 1.0f; u += 0.02f) {
+      for (float v = 0.02f; u + v < 1.0f; v += 0.02f) {
+        SurfelSeed seed;
+        seed.point = {0, t, {u, v}};
+        seed.positionWorld = c[0] * (1.0f - u - v) + c[1] * u + c[2] * v;
+        seed.normal = glm::normalize(glm::cross(c[1] - c[0], c[2] - c[0]));
+        seed.side = 2 * t;
+        if (std::abs(seed.positionWorld.x - kWall) > kHalfThick) seeds.push_back(seed);
+      }
+    }
+  }
+  Context context;
+  auto receivers = findReceivers(*p.tracer, p.packed, seeds, context);
+  const auto readBeyond = [&] {
+    int beyond = 0;
+    for (std::size_t i = 0; i < seeds.size(); ++i) {
+      if (receivers[i] == kGridReceiver) continue;
+      test::forEachRead(p.caches.lightmap, unpackUnorm16x2(receivers[i]), [&](std::uint32_t cache, float weight) {
+        if (cache == kNoCache || weight < 0.01f) return;
+        beyond += (p.caches.positionWorld[cache].x < kWall) != (seeds[i].positionWorld.x < kWall) ? 1 : 0;
+      });
+    }
+    return beyond;
+  };
+  ASSERT_GT(readBeyond(), 100) << "or nothing is tested";
+  const std::vector<std::uint32_t> before = receivers;
+  keepReceiversInSight(*p.tracer, p.packed, seeds, receivers, context);
+  EXPECT_EQ(readBeyond(), 0);
+  for (std::size_t i = 0; i < seeds.size(); ++i) {
+    const bool away = std::abs(seeds[i].positionWorld.x - kWall) > 2.0f;
+    EXPECT_TRUE(!away || receivers[i] == before[i]) << "texels away from the wall";
   }
 }
 

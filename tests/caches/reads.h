@@ -19,6 +19,21 @@ struct Read {
   std::uint32_t nearest = kNoCache;  // the cache of largest weight
 };
 
+// visit(cache, weight) of the four texels around a point of the map, kNoCache where one has none.
+template <class Visit>
+void forEachRead(const Lightmap& map, const glm::vec2& uv, const Visit& visit) {
+  const glm::vec2 size(static_cast<float>(map.width), static_cast<float>(map.height));
+  const glm::vec2 p = glm::clamp(uv * size - 0.5f, glm::vec2(0.0f), size - 1.0f);
+  const glm::uvec2 base(p);
+  const glm::vec2 f = p - glm::vec2(base);
+  for (std::uint32_t k = 0; k < 4; ++k) {
+    const float w = (k & 1 ? f.x : 1.0f - f.x) * (k & 2 ? f.y : 1.0f - f.y);
+    if (!(w > 0.0f)) continue;
+    const std::uint32_t x = std::min(base.x + (k & 1), map.width - 1), y = std::min(base.y + (k >> 1), map.height - 1);
+    visit(map.cache[std::size_t{y} * map.width + x], w);
+  }
+}
+
 // What a point of a side reads. barycentric weighs corners 1 and 2 in glTF order.
 inline Read readLightmap(const Caches& caches, std::uint32_t instance, std::uint32_t triangle,
                          const glm::vec2& barycentric, bool back) {
@@ -32,19 +47,11 @@ inline Read readLightmap(const Caches& caches, std::uint32_t instance, std::uint
   const glm::vec2 uv = (1.0f - barycentric.x - barycentric.y) * unpackUnorm16x2(corners[first]) +
                        barycentric.x * unpackUnorm16x2(corners[first + 1]) +
                        barycentric.y * unpackUnorm16x2(corners[first + 2]);
-  const glm::vec2 size(static_cast<float>(map.width), static_cast<float>(map.height));
-  const glm::vec2 p = glm::clamp(uv * size - 0.5f, glm::vec2(0.0f), size - 1.0f);
-  const glm::uvec2 base(p);
-  const glm::vec2 f = p - glm::vec2(base);
   float largest = 0.0f;
-  for (std::uint32_t k = 0; k < 4; ++k) {
-    const float w = (k & 1 ? f.x : 1.0f - f.x) * (k & 2 ? f.y : 1.0f - f.y);
-    if (!(w > 0.0f)) continue;
-    const std::uint32_t x = std::min(base.x + (k & 1), map.width - 1), y = std::min(base.y + (k >> 1), map.height - 1);
-    const std::uint32_t cache = map.cache[std::size_t{y} * map.width + x];
+  forEachRead(map, uv, [&](std::uint32_t cache, float w) {
     if (cache == kNoCache) {
       read.unfilled += w;
-      continue;
+      return;
     }
     read.position += w * caches.positionWorld[cache];
     read.normal += w * caches.normal[cache];
@@ -52,7 +59,7 @@ inline Read readLightmap(const Caches& caches, std::uint32_t instance, std::uint
       largest = w;
       read.nearest = cache;
     }
-  }
+  });
   return read;
 }
 

@@ -55,12 +55,42 @@ TEST_F(BudgetCli, countsBesideItAreRefused) {
   EXPECT_EQ(run(budgeted({"--budget-mb", "1", "--grid-caches", "0"})).status, 0);
 }
 
+TEST_F(BudgetCli, countsOfAnOptionsFileBesideItAreRefused) {
+  const auto from = [&](const std::string& json, std::vector<std::string> more) {
+    more.insert(more.end(), {"--options", put("o.json", json)});
+    return run(budgeted(more));
+  };
+  expectUsage(from("{\"surfels\": {\"count\": 500}}", {"--budget-mb", "1"}),
+              "o.json: option surfels.count is 500, and a budget chooses it (--budget-mb");
+  expectUsage(from("{\"links.linksPerCache\": 50}", {"--max-error", "0.1"}),
+              "o.json: option links.linksPerCache is 50");
+  expectUsage(from("{\"caches\": {\"lightmapCaches\": 50}, /**/ \"budget\": {\"frameMs\": 1}}", {}),
+              "o.json: option caches.lightmapCaches is 50");
+  EXPECT_EQ(from("{\"surfels\": {\"count\": 500}}", {"--print-options"}).status, 0) << "no budget";
+  EXPECT_EQ(from("{}", {"--budget-mb", "1", "--print-options"}).status, 0);
+  EXPECT_EQ(from("{\"caches\": {\"gridCaches\": 0}}", {"--budget-mb", "1", "--print-options"}).status, 0);
+}
+
+// What --print-options wrote has all counts: those of the preset say nothing, others are told not to be used.
+TEST_F(BudgetCli, writtenOptionsAreReadBesideIt) {
+  const std::string file = put("all.json", run(budgeted({"--budget-mb", "1", "--print-options"})).out);
+  const ProgramResult same = run(budgeted({"--options", file, "--print-options"}));
+  EXPECT_EQ(same.status, 0) << same.err;
+  EXPECT_EQ(same.out, readAll(file));
+  EXPECT_EQ(same.err, "");
+  const ProgramResult other = run({"bake", "--preset", "medium", "--options", file, "--print-options"});
+  EXPECT_EQ(other.status, 0) << other.err;
+  EXPECT_NE(other.err.find("all.json: option surfels.count is "), std::string::npos) << other.err;
+  EXPECT_NE(other.err.find("the file's is not used"), std::string::npos) << other.err;
+}
+
 TEST_F(BudgetCli, anErrorThatCannotBeHadLeavesTheOldBake) {
   ASSERT_EQ(run(budgeted({"--budget-mb", "0.5"})).status, 0);
   const auto before = std::filesystem::last_write_time(out_);
   const ProgramResult result = run(budgeted({"--budget-mb", "0.5", "--max-error", "0.00001"}));
   EXPECT_EQ(result.status, 4) << result.err;
   EXPECT_NE(result.err.find("--max-error"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("of the sizes tried, up to 0.5 MiB, the best certifies "), std::string::npos) << result.err;
   EXPECT_EQ(std::filesystem::last_write_time(out_), before);
   EXPECT_EQ(filesIn(folder_ / "out"), 1u);
 }

@@ -34,6 +34,40 @@ TEST_F(CompareCli, sameBytesSaySoAndExitWith0) {
   const ProgramResult bound = run({"compare", at("a.relume"), at("copy.relume"), "--json", "--max-rmse", "0"});
   EXPECT_EQ(Json::parse(bound.out)["verdict"]["verdict"], "within bounds");
   EXPECT_EQ(run({"compare", at("a.relume"), at("copy.relume"), "--ignore", "moon"}).status, 1);
+  EXPECT_EQ(run({"compare", at("a.relume"), at("copy.relume"), "--ignore", "node:"}).status, 1);
+}
+
+// A gate whose level is misspelt is told so before the day on which a bake differs.
+TEST_F(CompareCli, aSceneThatIsNoneIsToldOfSameBytesToo) {
+  for (const char* other : {"a.relume", "b.relume"}) {
+    const auto status = [&](const std::string& scene) {
+      const ProgramResult r = run({"compare", at("a.relume"), at(other), "--scene", scene, "--progress", "none"});
+      EXPECT_EQ(r.status == 0, r.err.empty()) << r.err;
+      return r.status;
+    };
+    EXPECT_EQ(status(at("none.gltf")), 2) << other;
+    EXPECT_EQ(status(put("cut.gltf", readAll(room_).substr(0, 300))), 3) << other;
+    EXPECT_EQ(status(at("a.relume")), 3) << other;
+  }
+  EXPECT_EQ(run({"compare", at("a.relume"), at("a.relume"), "--scene", room_}).status, 0);
+}
+
+TEST_F(CompareCli, numbersOutOfRangeAreTold) {
+  const std::string a = at("a.relume");
+  EXPECT_EQ(run({"compare", a, a, "--max-rmse", "1e308"}).status, 0) << "more than a float holds";
+  const auto refusal = [&](const std::vector<std::string>& words) {
+    const ProgramResult r = run(words);
+    EXPECT_EQ(r.status, 1) << r.out;
+    return r.err;
+  };
+  for (const char* value : {"1e999", "1e-400"})
+    EXPECT_NE(refusal({"compare", a, a, "--max-rmse", value})
+                  .find("\"" + std::string(value) + "\" found, a number out of range"),
+              std::string::npos)
+        << value;
+  EXPECT_NE(refusal({"store", "gc", at("out"), "--limit", "99999999999G"}).find("out of range"), std::string::npos);
+  for (const char* value : {"x", "", "-1", "1x"})
+    EXPECT_EQ(refusal({"compare", a, a, "--max-rmse", value}).find("out of range"), std::string::npos) << value;
 }
 
 TEST_F(CompareCli, ignoredNodesThatNoBakeHasAreTold) {
@@ -105,7 +139,8 @@ TEST_F(CompareCli, brokenAndMissingBakesAreRefused) {
   EXPECT_EQ(run({"compare", at("a.relume"), broken}).status, 3);
   EXPECT_EQ(run({"compare", at("none.relume"), at("a.relume")}).status, 2);
   EXPECT_EQ(run({"compare", at("a.relume")}).status, 1);
-  EXPECT_EQ(run({"compare", at("a.relume"), at("b.relume"), "--report-a", broken}).status, 3);
+  for (const std::string& report : {broken, put("other.json", "{\"a\":1}"), put("text.json", "{\"stages\":\"x\"}")})
+    EXPECT_EQ(run({"compare", at("a.relume"), at("b.relume"), "--report-a", report}).status, 3) << report;
   EXPECT_EQ(run({"compare", at("a.relume"), at("b.relume"), "--html", at("none/x.html")}).status, 2);
 }
 
@@ -153,6 +188,26 @@ TEST_F(CompareCli, theSampleScriptOfACiBakesValidatesAndCompares) {
   EXPECT_NE(readAll(at("ci.txt")).find("the accepted bake " + at("accepted/two_rooms.relume")), std::string::npos)
       << readAll(at("ci.txt"));
   EXPECT_FALSE(fs::exists(at("fourth/two_rooms.relume"))) << "nothing broken stays, which would outlive the repair";
+}
+
+// samples/ci/check_bakes.sh: the options of a level beside it, over the preset.
+TEST_F(CompareCli, theSampleScriptTakesALevelsOptions) {
+  namespace fs = std::filesystem;
+  for (const char* folder : {"levels", "accepted"}) fs::create_directories(at(folder));
+  fs::copy_file(room_, at("levels/room.gltf"));
+  const std::string options = put("levels/room.options.json",
+                                  "{\"surfels\":{\"count\":256},\"links\":{\"linksPerCache\":32},"
+                                  "\"caches\":{\"lightmapCaches\":64}}");
+  ASSERT_EQ(run({"bake", at("levels/room.gltf"), "-o", at("accepted/room.relume"), "--preset", "draft", "--options",
+                 options, "--progress", "none"})
+                .status,
+            0);
+  const std::string command =
+      "RELUME='" RELUME_BINARY "' PRESET=draft '" RELUME_SOURCE_DIR "/samples/ci/check_bakes.sh' '" + at("levels") +
+      "' '" + at("accepted") + "' '" + at("new") + "' >'" + at("ci.txt") + "' 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0) << readAll(at("ci.txt"));
+  EXPECT_NE(readAll(at("ci.txt")).find("up to date"), std::string::npos) << readAll(at("ci.txt"));
+  EXPECT_NE(readAll(at("ci.txt")).find("same bytes"), std::string::npos) << readAll(at("ci.txt"));
 }
 
 // What no receiver can be placed on is not judged by a bound, and reports without one say so.

@@ -246,13 +246,31 @@ TEST(CompareReceivers, partsThatAreGoneOrReshapedAreCounted) {
   Bake changed = original();
   std::vector<BakedInstance> parts = changed.instances.toVector();
   parts[0].node = "another";
+  parts[0].transformHash ^= 1;
   changed.instances = parts;
   const LightDifference light = difference(original(), changed, nullptr);
   EXPECT_EQ(light.receivers.partsOnlyInA, 1u);
   EXPECT_EQ(light.receivers.partsOnlyInB, 1u);
-  for (BakedInstance& part : parts) part.node += " renamed";
+  for (BakedInstance& part : parts) {
+    part.node += " of another level";
+    part.transformHash ^= 2;
+  }
   changed.instances = parts;
   EXPECT_TRUE(difference(original(), changed, nullptr).receivers.unmatched);
+}
+
+TEST(CompareReceivers, partsThatWereRenamedAreCompared) {
+  Bake changed = original();
+  std::vector<BakedInstance> parts = changed.instances.toVector();
+  for (BakedInstance& part : parts) part.node += " renamed";
+  changed.instances = parts;
+  const Receivers same = placeReceivers(original(), original(), nullptr);
+  const Receivers renamed = placeReceivers(original(), changed, nullptr);
+  EXPECT_EQ(renamed.partsOnlyInA + renamed.partsOnlyInB, 0u);
+  EXPECT_FALSE(renamed.unmatched);
+  EXPECT_EQ(renamed.list.size(), same.list.size());
+  swapParts(changed);
+  EXPECT_GT(difference(original(), changed, nullptr).maxReceiverChange, 0.01);
 }
 
 TEST(CompareReceivers, theVerdictNamesTheBound) {

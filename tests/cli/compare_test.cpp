@@ -18,6 +18,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <optional>
 
 namespace relume {
 namespace {
@@ -74,7 +75,7 @@ TEST(CompareParts, eachChangeIsToldApartByName) {
   const std::vector<BakedInstance> now = {
       part("twin", "m", 1, 1, 1),    part("twin", "m", 3, 1, 1),     part("same", "m", 1, 1, 1),
       part("moved", "m", 2, 1, 1),   part("reshaped", "m", 1, 2, 1), part("painted", "m", 1, 1, 2),
-      part("swapped", "n", 1, 1, 3), part("tuned", "m", 1, 1, 1, 1), part("new", "m", 1, 1, 1)};
+      part("swapped", "n", 1, 1, 3), part("tuned", "m", 1, 1, 1, 1), part("new", "m", 4, 1, 1)};
   std::vector<std::string> texts;
   for (const PartChange& change : compareParts(before, now)) texts.push_back(toString(change));
   EXPECT_EQ(texts,
@@ -84,6 +85,36 @@ TEST(CompareParts, eachChangeIsToldApartByName) {
                 "node \"tuned\": extras.relume (bake mode or texel density) changed", "node \"new\" added",
                 "node \"gone\" removed"}));
   EXPECT_TRUE(compareParts(before, before).empty());
+}
+
+// A part that has another name is found again by its mesh and place; what else changed of it is told as well.
+TEST(CompareParts, whatWasRenamedIsNotAnother) {
+  const std::vector<BakedInstance> before = {{"lamp", "panel", "glow", 1, 10, 20, 30},
+                                             {"lamp", "panel", "glow", 2, 11, 20, 30},
+                                             {"wall", "quad", "paint", 3, 12, 21, 31}};
+  std::vector<BakedInstance> now = {{"light", "panel", "glow", 2, 11, 20, 30},
+                                    {"light", "panel", "bright", 4, 10, 20, 32},
+                                    {"wall", "plane", "paint", 3, 12, 21, 31}};
+  using Answers = std::vector<std::optional<std::size_t>>;
+  EXPECT_EQ(answersOf(before, now), (Answers{1, 0, 2}));
+  std::vector<std::string> texts;
+  for (const PartChange& change : compareParts(before, now)) texts.push_back(toString(change));
+  EXPECT_EQ(texts, (std::vector<std::string>{"node \"light\" was \"lamp\"", "node \"light\" was \"lamp\"",
+                                             "node \"light\": material was \"glow\", is \"bright\"",
+                                             "node \"wall\": mesh was \"quad\", is \"plane\""}));
+  now[0].transformHash = 99;
+  EXPECT_EQ(answersOf(before, now), (Answers{std::nullopt, 0, 2}));
+  // A numbered node that was put before two others of its mesh, of which the second moved.
+  const std::vector<BakedInstance> two = {{"unnamed node 0", "box", "", 1, 10, 20, 30},
+                                          {"unnamed node 1", "box", "", 2, 11, 20, 30}};
+  const std::vector<BakedInstance> three = {{"unnamed node 0", "box", "", 5, 12, 20, 30},
+                                            {"unnamed node 1", "box", "", 6, 13, 20, 30},
+                                            {"unnamed node 2", "box", "", 1, 10, 20, 30}};
+  EXPECT_EQ(answersOf(two, three), (Answers{std::nullopt, 1, 0}));
+  // Names that changed places are no new names.
+  EXPECT_EQ(answersOf(std::vector<BakedInstance>{{"a", "m", "", 1, 10, 20, 30}, {"b", "n", "", 2, 11, 21, 30}},
+                      std::vector<BakedInstance>{{"b", "m", "", 1, 10, 20, 30}, {"a", "n", "", 2, 11, 21, 30}}),
+            (Answers{std::nullopt, std::nullopt}));
 }
 
 TEST(CompareLight, sameTransportGivesNoDifference) {
@@ -98,6 +129,70 @@ TEST(CompareLight, sameTransportGivesNoDifference) {
   EXPECT_TRUE(light.worst.empty());
   EXPECT_GT(lighting(light, "sky").meanA, 0.0);
   EXPECT_GT(lighting(light, "emitter lamp").meanA, 0.0);
+}
+
+TEST(CompareLight, aRenamedEmitterIsComparedWithItself) {
+  Bake b = makeSmallBake();
+  editInstance(b, 1, [](BakedInstance& i) { i.node = "ceiling lamp"; });
+  const LightDifference light = difference(makeSmallBake(), b);
+  EXPECT_EQ(lighting(light, "emitter ceiling lamp").was, "lamp");
+  EXPECT_GT(lighting(light, "emitter ceiling lamp").meanA, 0.0);
+  EXPECT_EQ(light.maxRmse, 0.0);
+  EXPECT_EQ(light.maxReceiverChange, 0.0);
+  const BakeFile fileA = fileOf(makeSmallBake(), "a"), fileB = fileOf(b, "b");
+  const Json report = reportDifference(fileA, fileB, light, {}, {});
+  std::ifstream schema(RELUME_SOURCE_DIR "/docs/compare.schema.json");
+  EXPECT_EQ(SchemaCheck(Json::parse(schema)).check(report), std::vector<std::string>{});
+  EXPECT_EQ(report["light"]["lightings"].back()["was"], "lamp");
+  EXPECT_EQ(report["baked"]["sceneParts"][0]["change"], "renamed");
+  EXPECT_NE(reportAsText(report).find("emitter ceiling lamp, was lamp"), std::string::npos) << reportAsText(report);
+  EXPECT_NE(reportAsPage(report, fileA, fileB, &light, {}).find("emitter ceiling lamp, was lamp"), std::string::npos);
+  scaleLinks(b, 0, 6, 0.5f);
+  for (const char* name : {"emitter ceiling lamp", "emitter lamp"}) {
+    const LightDifference ignored = difference(makeSmallBake(), b, {name});
+    EXPECT_FALSE(lighting(ignored, "emitter ceiling lamp").counted) << name;
+  }
+}
+
+// The small bake with its two emitting surfels as two nodes that the importer numbered, the second 8 times as strong.
+Bake numberedLamps(const std::string& first, const std::string& second) {
+  Bake bake = blackBake();
+  std::vector<BakedInstance> parts = bake.instances.toVector();
+  parts[1].node = first;
+  parts.push_back(parts[1]);
+  parts[2].node = second;
+  parts[2].transformHash = parts[2].contentHash = 24;
+  bake.instances = parts;
+  std::vector<LightmapPart> onMap = bake.caches.lightmap.parts.toVector();
+  onMap.push_back(onMap[1]);
+  bake.caches.lightmap.parts = onMap;
+  bake.surfels.instance = std::vector<std::uint32_t>{0, 0, 0, 0, 1, 2};
+  bake.surfels.emission = withElement(bake.surfels.emission, 5, glm::vec3(40, 40, 32));
+  return bake;
+}
+
+TEST(CompareLight, aNumberedEmitterIsFoundByWhatItIsAndWhere) {
+  const Bake a = numberedLamps("unnamed node 0", "unnamed node 1"),
+             b = numberedLamps("unnamed node 1", "unnamed node 2");
+  const LightDifference light = difference(a, b);
+  EXPECT_EQ(lighting(light, "emitter unnamed node 1").was, "unnamed node 0");
+  EXPECT_EQ(lighting(light, "emitter unnamed node 2").was, "unnamed node 1");
+  EXPECT_EQ(light.maxRmse, 0.0);
+}
+
+TEST(CompareLight, anEmitterElsewhereOrOfOtherPowerIsAnother) {
+  Bake moved = makeSmallBake(), stronger = makeSmallBake();
+  for (Bake* b : {&moved, &stronger}) editInstance(*b, 1, [](BakedInstance& i) { i.node = "other"; });
+  for (const std::uint32_t i : {4u, 5u}) {
+    moved.surfels.positionWorld = withElement(moved.surfels.positionWorld, i, glm::vec3(9, 2, 0.5f));
+    stronger.surfels.emission = withElement(stronger.surfels.emission, i, glm::vec3(50, 50, 40));
+  }
+  for (const Bake& b : {moved, stronger}) {
+    const LightDifference light = difference(makeSmallBake(), b);
+    EXPECT_EQ(lighting(light, "emitter lamp").rmse, 1.0) << "only A has it";
+    EXPECT_EQ(lighting(light, "emitter other").meanA, 0.0) << "only B has it";
+    EXPECT_EQ(lighting(light, "emitter other").was, "");
+  }
 }
 
 TEST(CompareLight, halvedTransfersHalveTheLight) {
@@ -212,11 +307,19 @@ TEST(CompareLight, ignoredLightingsAndNodesDoNotCount) {
   EXPECT_EQ(difference(blackBake(), b, {"sky", "emitters"}).maxRmse, 0.0);
   EXPECT_EQ(difference(blackBake(), b, {"sky", "emitter lamp"}).maxChange, 0.0);
   EXPECT_EQ(difference(blackBake(), b, {"node:floor"}).maxChange, 0.0);
+  Bake renamed = b;
+  editInstance(renamed, 0, [](BakedInstance& i) { i.node = "ground"; });
+  EXPECT_EQ(difference(blackBake(), renamed, {"node:ground"}).maxChange, 0.0) << "B's name of A's floor";
+  EXPECT_GT(difference(blackBake(), renamed, {"node:lamp"}).maxChange, 0.1);
   Context context;
   const Result<LightDifference> unknown = compareLight(b, b, nullptr, {{"moon"}}, context);
   ASSERT_FALSE(unknown);
   EXPECT_EQ(unknown.error().code, ErrorCode::usage);
   EXPECT_NE(unknown.error().message.find("\"moon\""), std::string::npos);
+  const Status nameless = checkIgnore({{"node:floor", "node:"}}, b, b, context);
+  ASSERT_FALSE(nameless);
+  EXPECT_EQ(nameless.error().code, ErrorCode::usage);
+  EXPECT_NE(nameless.error().message.find("the name of a node"), std::string::npos) << nameless.error().message;
 }
 
 TEST(CompareLight, sameNumbersAtAnyThreadCount) {
@@ -320,6 +423,12 @@ TEST(ComparePage, hasEveryPanelAndNothingFromOutside) {
   for (std::size_t at = page.find("src=\""); at != std::string::npos; at = page.find("src=\"", at + 1), ++images)
     EXPECT_EQ(page.substr(at + 5, 22), "data:image/png;base64,");
   EXPECT_EQ(images, 3 * light.lightings.size() + 1);
+  CompareBounds bounds;
+  bounds.maxRmse = bounds.maxCacheChange = 0.0;
+  const Json exceeded = reportDifference(a, b, light, {{"suns", "node:a & b"}}, bounds);
+  const std::string bad = reportAsPage(exceeded, a, b, &light, runs);
+  EXPECT_NE(bad.find("<p>Exceeded: relative RMSE of a lighting, relative change of a cache</p>"), std::string::npos);
+  EXPECT_NE(bad.find("<p>Ignored: suns, node:a &amp; b</p>"), std::string::npos);
   const std::string same = reportAsPage(reportSame("a", "b", 7, {}, {}), a, b, nullptr, {});
   EXPECT_NE(same.find("Same bytes"), std::string::npos);
 }

@@ -150,6 +150,20 @@ TEST_F(DiffCommand, layersAreNamedAndSummed) {
   EXPECT_EQ(d.at("imageChannels"), "R,G,B");
 }
 
+// R, G and B in the place of a layer are of one file, which has none; of both, the name is misspelt.
+TEST_F(DiffCommand, aLayerThatNeitherFileHasIsRefused) {
+  ChannelImage image{kWidth, kHeight, {}};
+  image.setLayer("", Pixels(kWidth * kHeight, glm::vec3(0.5f)));
+  image.setLayer("DiffInd", Pixels(kWidth * kHeight, glm::vec3(0.5f)));
+  ASSERT_TRUE(writeExr(at("layers.exr"), image));
+  for (const char* layer : {"diffind", "Depth"})
+    expectRefused({half_, at("layers.exr"), "--layer", layer, "--max-rmse", "0"}, 1,
+                  {"--layer", layer, "half.exr\" has none", "layers.exr\" has DiffInd"});
+  const std::string flat = png("flat.png", Pixels(kWidth * kHeight, glm::vec3(0.5f)));
+  expectRefused({flat, flat, "--layer", "DiffInd"}, 1, {"--layer", "flat.png\" has none"});
+  EXPECT_EQ(figures({at("layers.exr"), half_, "--layer", "DiffInd"}).at("referenceChannels"), "R,G,B");
+}
+
 // Of one kind of light against all light, which a forgotten --layer compares, the text names the layers; otherwise not.
 TEST_F(DiffCommand, layersThatWereNotAskedForAreNamed) {
   ChannelImage image{kWidth, kHeight, {}};

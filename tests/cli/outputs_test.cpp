@@ -173,6 +173,37 @@ TEST_F(Outputs, whatIsUpToDateMayStandInAReadOnlyFolder) {
   EXPECT_EQ(other.err.find("surfels"), std::string::npos) << "found out only after work: " << other.err;
 }
 
+// Version control takes the permission to write from what is locked or not checked out; a rename does not ask for it.
+TEST_F(Outputs, readOnlyFilesAskForForce) {
+  const std::string report = at("r.json"), picture = at("p.png"), plan = at("plan.relume");
+  const std::vector<std::string> planned = {"bake", room_, "--plan", plan, "--preset", "draft"};
+  bake(room_, out_, {"--report", report});
+  ASSERT_EQ(run(render(picture)).status, 0);
+  ASSERT_EQ(run(planned).status, 0);
+  for (const std::string& file : {out_, report, picture, plan}) fs::permissions(file, fs::perms(0444));
+  fs::create_symlink("out/room.relume", at("link.relume"));
+  const auto expectLocked = [&](std::vector<std::string> command, const std::string& file) {
+    const std::string before = readAll(file);
+    const ProgramResult result = runAsUser(command);
+    if (result.status == kNotDropped) return;
+    EXPECT_EQ(result.status, 1) << result.out << result.err;
+    EXPECT_NE(result.err.find("exists and is read-only"), std::string::npos) << result.err;
+    EXPECT_NE(result.err.find("version control"), std::string::npos) << result.err;
+    EXPECT_EQ(readAll(file), before);
+    command.push_back("--force");
+    EXPECT_EQ(runAsUser(command).status, 0);
+    EXPECT_EQ(fs::status(file).permissions(), fs::perms(0444));
+  };
+  const ProgramResult there = runAsUser(bakeArguments(room_, out_));
+  if (there.status == kNotDropped) GTEST_SKIP() << "root stays root here";
+  EXPECT_EQ(there.status, 0) << "up to date: " << there.err;
+  expectLocked(bakeArguments(room_, out_, {"--report", report}), report);  // with a bake that is up to date
+  expectLocked(bakeArguments(room_, out_, {"--seed", "2"}), out_);
+  expectLocked(bakeArguments(room_, at("link.relume"), {"--seed", "3"}), out_);
+  expectLocked(render(picture), picture);
+  expectLocked({"bake", room_, "--plan", plan, "--preset", "draft", "--seed", "2"}, plan);
+}
+
 // Where nothing is there yet, and where a file is empty or of the kind that is made, the name still says what it is
 // not.
 TEST_F(Outputs, namesOfOtherKindsAreRefused) {
@@ -195,6 +226,15 @@ TEST_F(Outputs, namesOfOtherKindsAreRefused) {
   expectRefused({"merge", out_, out_, "-o", at("merged.html")}, "one that ends in .relume expected");
   expectRefused({"compare", out_, out_, "--html", at("page.png")}, "one that ends in .html expected");
   expectRefused({"bench", "--bake", out_, "--markdown", at("page.html")}, "one that ends in .md expected");
+  // Endings in upper case are the same.
+  for (const std::string name : {"x.PNG", "x.Exr"}) {
+    EXPECT_EQ(run(render(at(name))).status, 0) << name;
+    const ProgramResult truth = run({"reference", room_, "-o", at("truth_" + name), "--size", "8x8", "--spp", "1"});
+    EXPECT_EQ(truth.status, 0) << truth.err;
+    EXPECT_TRUE(readAll(at("truth_" + name)).starts_with(name == "x.PNG" ? "\x89PNG" : "\x76\x2f\x31\x01")) << name;
+  }
+  EXPECT_EQ(run({"pack", out_, "-o", at("packed.relume.GZ")}).status, 0);
+  EXPECT_TRUE(readAll(at("packed.relume.GZ")).starts_with("\x1f\x8b"));
 }
 
 TEST_F(Outputs, otherCommandsRefuseTheirInputs) {

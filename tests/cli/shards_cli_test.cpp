@@ -50,8 +50,13 @@ TEST_F(ShardsCli, mergedShardsAreTheBake) {
   makeAll();
   const ProgramResult merged = merge({"s3", "s1", "s2"}, {"--report", at("merge.json")});
   expectEnd(merged, 0, "3 shards, ");
-  bake(room_, at("plain.relume"));
+  const ProgramResult plain = run(bakeArguments(room_, at("plain.relume")));
+  ASSERT_EQ(plain.status, 0) << plain.err;
   EXPECT_EQ(readAll(out_), readAll(at("plain.relume")));
+  // What it costs a game, and how right it is: in the same words.
+  const auto lastWords = [](const std::string& line) { return line.substr(line.find(" MiB, ") + 1); };
+  EXPECT_NE(merged.out.find("ms a frame in a game, certified error "), std::string::npos) << merged.out;
+  EXPECT_EQ(lastWords(merged.out), lastWords(plain.out));
   EXPECT_NE(readAll(at("merge.json")).find("\"stage\": \"links\""), std::string::npos);
   EXPECT_EQ(run({"validate", out_}).status, 0);
   EXPECT_EQ(run({"status", room_, out_}).status, 0);
@@ -186,6 +191,23 @@ TEST_F(ShardsCli, aShardOfAnotherLevelSaysWhatChanged) {
   expectEnd(result, 3, "is not the one of the plan");
   EXPECT_NE(result.err.find("\"Room\""), std::string::npos) << result.err;
   EXPECT_FALSE(std::filesystem::exists(at("s1")));
+}
+
+// The level is asked for whether or not there is something to trace: a merge would make a stale bake of such shards.
+TEST_F(ShardsCli, aShardThatIsThereIsOfTheLevelToo) {
+  makeAll();
+  const std::string first = readAll(at("s1")), room = readAll(room_);
+  GltfParts moved;
+  moved.room.position[0][0] += 0.1f;
+  put("room.gltf", makeGltf(moved));
+  expectEnd(shard("1/3", "s1", {"--depfile", at("s1.d")}), 3, "is not the one of the plan");
+  expectEnd(shard("1/3", "s1"), 3, "\"Room\"");
+  EXPECT_FALSE(std::filesystem::exists(at("s1.d")));
+  std::filesystem::remove(room_);
+  expectEnd(shard("1/3", "s1"), 2, "room.gltf");
+  EXPECT_EQ(readAll(at("s1")), first);
+  put("room.gltf", room);
+  expectEnd(shard("1/3", "s1"), 0, "s1: up to date");
 }
 
 // As a scheduler ends a job, and as a machine that loses its power does: no shard, and none that is half written.

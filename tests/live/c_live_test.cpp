@@ -3,6 +3,8 @@
 #include "relume/live_light.h"
 #include "relume/relume_live.h"
 
+#include "tests/runtime/allocations.h"
+#include "tests/runtime/c_handles.h"
 #include "tests/runtime/gl_test_support.h"
 #include "tests/voxels/boxes.h"
 
@@ -187,6 +189,34 @@ TEST_F(CLive, lightIsTheCppApis) {
 }
 
 // Two lights of names and units of their own, bound at once.
+// Voxels are made by tasks on the host's threads, where there may be no memory either.
+TEST_F(CLive, memoryMayRunOutOnTheHostsThreads) {
+  if (!test::countsAllocations()) GTEST_SKIP() << "the sanitizer's operator new";
+  relume_context_desc describe{};
+  describe.struct_size = sizeof describe;
+  describe.api_version = RELUME_API_VERSION;
+  describe.parallel_for = test::runInTwo;
+  relume_context* host = nullptr;
+  ASSERT_EQ(relume_context_create(&describe, &host), RELUME_OK);
+  relume_live* live = nullptr;
+  const std::size_t before = test::allocations();
+  ASSERT_EQ(relume_live_create(host, &desc_, &live), RELUME_OK) << relume_context_error(host);
+  const std::size_t taken = test::allocations() - before;
+  relume_live_destroy(live);
+  ASSERT_GT(taken, 60u);
+  for (std::size_t n = 1; n < taken / 2; n += taken / 60) {
+    test::refuseAllocation(n);
+    const relume_status status = relume_live_create(host, &desc_, &live);
+    EXPECT_TRUE(test::refuseAllocation(0)) << n;
+    EXPECT_EQ(status, RELUME_ERROR_MEMORY) << n << " of " << taken;
+    EXPECT_EQ(live, nullptr);
+    relume_live_destroy(live);
+  }
+  EXPECT_EQ(relume_live_create(host, &desc_, &live), RELUME_OK) << relume_context_error(host);
+  relume_live_destroy(live);
+  relume_context_destroy(host);
+}
+
 TEST_F(CLive, namesAndTextureUnitsAreTheHosts) {
   desc_.backend = RELUME_BACKEND_GL;
   desc_.get_proc_address = [](void*, const char* name) -> relume_gl_proc { return EglContext::getProcAddress(name); };

@@ -293,6 +293,15 @@ TEST_F(LiveCachesOnGl, whatIsRefusedChangesNothing) {
   ASSERT_FALSE(bad);
   EXPECT_NE(bad.error().message.find("live_direct.comp"), std::string::npos) << bad.error().message;
   context_->forgetErrors();
+  const auto clash = LiveCachesGl::create({{64},
+                                           EglContext::getProcAddress,
+                                           "layout(std430, binding = 5) readonly buffer Shadow { float shadow[]; };\n"
+                                           "float relumeVisibility(uint l, vec3 p, vec3 n) { return shadow[l]; }\n",
+                                           {}});
+  ASSERT_FALSE(clash);
+  EXPECT_EQ(clash.error().code, ErrorCode::usage);
+  EXPECT_NE(clash.error().message.find("storage block Shadow has binding 5 in live_direct.comp"), std::string::npos)
+      << clash.error().message;
   VoxelLevel level = room();
   VoxelVolume volume = volumeOf(level, coarse(8));
   LiveCachesGl gl = made(32);

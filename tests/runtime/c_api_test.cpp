@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // relume.h says and does what relighter.h does, refuses what it should with a text, and allocates nothing in a frame.
 #include "relume/relume.h"
+#include "relume/relume_live.h"
 
 #include "relume/relighter.h"
 #include "tests/runtime/allocations.h"
@@ -10,11 +11,10 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
-#include <thread>
+#include <type_traits>
 #include <vector>
 
 namespace relume {
@@ -163,15 +163,7 @@ TEST_F(CApi, visibilityInBatchesIsVisibilityOneByOne) {
 TEST_F(CApi, hostsThreadsGiveTheSameLight) {
   Handles one, several;
   ASSERT_NO_FATAL_FAILURE(open(one));
-  ASSERT_NO_FATAL_FAILURE(open(several, [](void*, unsigned int tasks, relume_task task, void* data) {
-    std::atomic<unsigned int> next{0};
-    const auto work = [&] {
-      for (unsigned int i = next++; i < tasks; i = next++) task(data, i);
-    };
-    std::thread helper(work);
-    work();
-    helper.join();
-  }));
+  ASSERT_NO_FATAL_FAILURE(open(several, test::runInTwo));
   std::vector<std::vector<std::uint16_t>> maps;
   for (Handles* h : {&one, &several}) {
     ASSERT_EQ(relume_relight(h->relighter, &setup_), RELUME_OK);
@@ -283,22 +275,62 @@ TEST_F(CApi, refusesAndSaysWhy) {
   EXPECT_EQ(released, 3);
 }
 
-// A host in C++ may throw in its callbacks: a status comes of it.
+// A host in C++ may throw in its callbacks, on any of its threads: a status comes of it.
 TEST_F(CApi, noExceptionCrosses) {
-  relume_context_desc desc{};
-  desc.struct_size = sizeof desc;
-  desc.api_version = RELUME_API_VERSION;
-  desc.log = [](void*, relume_severity, const char*) { throw 1; };
-  Handles h;
-  ASSERT_EQ(relume_context_create(&desc, &h.context), RELUME_OK);
-  EXPECT_EQ(relume_bake_load(h.context, "/nowhere.relume", &h.bake), RELUME_ERROR_IO);
-  ASSERT_EQ(relume_bake_from_memory(h.context, bytes_.data(), bytes_.size(), nullptr, nullptr, &h.bake), RELUME_OK);
-  ASSERT_EQ(relume_relighter_create(h.bake, nullptr, &h.relighter), RELUME_OK);
   setup_.visibility = [](void*, unsigned int, unsigned int, const float*, const float*, float*) {
     throw std::runtime_error("no shadows today");
   };
-  EXPECT_EQ(relume_relight(h.relighter, &setup_), RELUME_ERROR_FAILED);
-  EXPECT_STREQ(relume_relighter_error(h.relighter), "no shadows today");
+  for (const relume_parallel_for threads : {relume_parallel_for{}, relume_parallel_for{test::runInTwo}}) {
+    relume_context_desc desc{};
+    desc.struct_size = sizeof desc;
+    desc.api_version = RELUME_API_VERSION;
+    desc.log = [](void*, relume_severity, const char*) { throw 1; };
+    desc.parallel_for = threads;
+    Handles h;
+    ASSERT_EQ(relume_context_create(&desc, &h.context), RELUME_OK);
+    EXPECT_EQ(relume_bake_load(h.context, "/nowhere.relume", &h.bake), RELUME_ERROR_IO);
+    ASSERT_EQ(relume_bake_from_memory(h.context, bytes_.data(), bytes_.size(), nullptr, nullptr, &h.bake), RELUME_OK);
+    ASSERT_EQ(relume_relighter_create(h.bake, nullptr, &h.relighter), RELUME_OK);
+    EXPECT_EQ(relume_relight(h.relighter, &setup_), RELUME_ERROR_FAILED);
+    EXPECT_STREQ(relume_relighter_error(h.relighter), "no shadows today");
+  }
+}
+
+// Also where the handle to make it with is the null of a failure before.
+TEST_F(CApi, handlesAreNullAfterEveryFailure) {
+  const auto stale = [](auto*& handle) {
+    handle = reinterpret_cast<std::remove_reference_t<decltype(handle)>>(&handle);
+  };
+  relume_bake *loaded, *read;
+  relume_relighter* relighter;
+  relume_live* live;
+  relume_edit_blend* blend;
+  relume_moving_shapes* shapes;
+  stale(loaded), stale(read), stale(relighter), stale(live), stale(blend), stale(shapes);
+  bool released = false;
+  const auto release = [](void* user) { *static_cast<bool*>(user) = true; };
+  EXPECT_EQ(relume_bake_load(nullptr, "level.relume", &loaded), RELUME_ERROR_USAGE);
+  EXPECT_EQ(relume_bake_from_memory(nullptr, bytes_.data(), bytes_.size(), release, &released, &read),
+            RELUME_ERROR_USAGE);
+  EXPECT_EQ(relume_relighter_create(nullptr, nullptr, &relighter), RELUME_ERROR_USAGE);
+  EXPECT_EQ(relume_live_create(nullptr, nullptr, &live), RELUME_ERROR_USAGE);
+  EXPECT_EQ(relume_edit_blend_create(nullptr, nullptr, &blend), RELUME_ERROR_USAGE);
+  EXPECT_EQ(relume_moving_shapes_create(nullptr, nullptr, 0, &shapes), RELUME_ERROR_USAGE);
+  EXPECT_EQ(loaded, nullptr);
+  EXPECT_EQ(read, nullptr);
+  EXPECT_TRUE(released);
+  EXPECT_EQ(relighter, nullptr);
+  EXPECT_EQ(live, nullptr);
+  EXPECT_EQ(blend, nullptr);
+  EXPECT_EQ(shapes, nullptr);
+
+  Handles h;
+  ASSERT_NO_FATAL_FAILURE(open(h));
+  released = false;
+  EXPECT_EQ(relume_bake_from_memory(h.context, bytes_.data(), bytes_.size(), release, &released, nullptr),
+            RELUME_ERROR_USAGE);
+  EXPECT_TRUE(released);
+  EXPECT_STREQ(relume_context_error(h.context), "bake is null");
 }
 
 TEST_F(CApi, skyDirectionsAreTheBakes) {

@@ -4,7 +4,21 @@
 
 #include "relume/relume.h"
 
+#include <atomic>
+#include <thread>
+
 namespace relume::test {
+
+// A host's job system of two threads, as relume_parallel_for.
+inline void runInTwo(void*, unsigned int tasks, relume_task task, void* data) {
+  std::atomic<unsigned int> next{0};
+  const auto work = [&] {
+    for (unsigned int i = next++; i < tasks; i = next++) task(data, i);
+  };
+  std::thread helper(work);
+  work();
+  helper.join();
+}
 
 // Handles may be destroyed in any order; here the context goes first.
 struct Handles {

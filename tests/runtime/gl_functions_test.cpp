@@ -123,6 +123,28 @@ TEST_F(GlFunctions, ofOlderContextsAreNotAskedFor) {
   }
 }
 
+const char* extensionText = "";  // the only one that the context below claims to have
+
+TEST_F(GlFunctions, buffersOfQueriesAreThereByVersionOrExtension) {
+  const auto hasThem = [](const char* version, const char* extension) {
+    extensionText = extension;
+    std::vector<std::string> asked;
+    const GetProcAddress ofVersion = loaderOfVersion(version, asked);
+    const Result<gl::Functions> functions = gl::loadFunctions([&](const char* name) -> GlProc {
+      if (std::string(name) != "glGetStringi") return ofVersion(name);
+      const PFNGLGETSTRINGIPROC getString = [](GLenum, GLuint) {
+        return reinterpret_cast<const GLubyte*>(extensionText);
+      };
+      return reinterpret_cast<GlProc>(getString);
+    });
+    EXPECT_TRUE(functions) << functions.error().message;
+    return functions->hasQueryBuffer;
+  };
+  EXPECT_FALSE(hasThem("4.3", "GL_ARB_query_buffer_object_of_another_kind"));
+  EXPECT_TRUE(hasThem("4.3", "GL_ARB_query_buffer_object"));
+  EXPECT_TRUE(hasThem("4.4", "GL_other"));
+}
+
 TEST_F(GlFunctions, relightersAndFailuresDeleteWhatTheyMake) {
   const Bake bake = smallBake();
   RelightOptions options = optionsOf(countingLoader(0));

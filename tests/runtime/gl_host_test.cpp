@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The OpenGL backend as a guest of its host: the host's visibility function, several relighters in one context, bakes
-// with parts missing, timing without waiting, and every binding as the host left it.
+// The OpenGL backend as a guest of its host: the host's visibility function and its blocks, several relighters in one
+// context, bakes with parts missing, timing without waiting, and every binding as the host left it.
 #include "relume/relighter.h"
 
 #include "tests/runtime/furnace_bake.h"
@@ -8,6 +8,7 @@
 #include "tests/runtime/some_lights.h"
 #include "tests/runtime/synthetic_bake.h"
 
+#include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
 #include <bit>
@@ -66,12 +67,71 @@ TEST_F(GlHost, visibilityThatDoesNotCompileGivesItsLog) {
   RelightOptions options;
   options.backend = BackendKind::gl;
   options.getProcAddress = EglContext::getProcAddress;
-  options.visibilityGlsl = "float relumeVisibility(uint light, vec3 p, vec3 n) { return noSuchThing; }\n";
+  options.visibilityGlsl = "\n\nfloat relumeVisibility(uint light, vec3 p, vec3 n) { return noSuchThing; }\n";
   const Result<Relighter> made = Relighter::create(test::makeFurnaceBake(0.5f, 0.0f, 3), options);
   ASSERT_FALSE(made);
   EXPECT_EQ(made.error().code, ErrorCode::failed);
   EXPECT_NE(made.error().message.find("noSuchThing"), std::string::npos) << made.error().message;
+  // By lines of its own: the third one of string 1, as drivers write it.
+  EXPECT_NE(made.error().message.find("string 1 of its source is visibilityGlsl"), std::string::npos);
+  EXPECT_TRUE(made.error().message.find("1:3") != std::string::npos ||
+              made.error().message.find("1(3)") != std::string::npos)
+      << made.error().message;
   context_->forgetErrors();  // Mesa's complaint
+}
+
+// Visibility that is the first number of a block which is declared so.
+std::string readingABlock(const std::string& block) {
+  return block + " HostShadow { vec4 hostValue; };\n" +
+         "float relumeVisibility(uint light, vec3 p, vec3 n) { return hostValue.x; }\n";
+}
+
+TEST_F(GlHost, visibilityReadsBlocksOfTheHosts) {
+  const Bake bake = test::makeFurnaceBake(0.5f, 0.0f, 3);
+  GLuint buffer = 0;
+  glGenBuffers(1, &buffer);
+  glBindBuffer(GL_UNIFORM_BUFFER, buffer);
+  const std::vector<float> quarters(4, 0.25f);
+  glBufferData(GL_UNIFORM_BUFFER, 16, quarters.data(), GL_STATIC_DRAW);
+  GLint most = 0;
+  glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &most);
+  for (const GLuint slot : {0u, 6u, 8u}) {
+    if (slot == 8 && most < 9) continue;
+    glBindBufferBase(slot == 8 ? GL_SHADER_STORAGE_BUFFER : GL_UNIFORM_BUFFER, slot, buffer);
+    const std::string at = "layout(binding = " + std::to_string(slot);
+    Relighter gl =
+        makeRelighter(bake, BackendKind::gl, 0, 0,
+                      readingABlock(slot == 8 ? at + ", std430) readonly buffer" : at + ", std140) uniform"));
+    const Light sun{.kind = LightKind::directional, .direction = {-1, 0, 0}};
+    LightSetup setup;
+    setup.lights = {&sun, 1};
+    EXPECT_TRUE(gl.relight(setup));
+    EXPECT_NEAR(gl.nodeRadiosity()[5].r, 0.5f * 0.25f, 1e-3f) << slot;
+  }
+  glBindBuffer(GL_UNIFORM_BUFFER, 0);
+  glDeleteBuffers(1, &buffer);
+}
+
+TEST_F(GlHost, blocksOfTheHostsAtBindingsOfRelumesAreRefused) {
+  RelightOptions options;
+  options.backend = BackendKind::gl;
+  options.getProcAddress = EglContext::getProcAddress;
+  const std::vector<std::pair<std::string, std::string>> blocks = {
+      {"layout(binding = 7, std140) uniform", "uniform block HostShadow has binding 7"},
+      {"layout(binding = 0, std430) readonly buffer", "storage block HostShadow has binding 0"},
+      {"layout(binding = 7, std430) readonly buffer", "storage block HostShadow has binding 7"}};
+  GLint most = 0;
+  glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &most);
+  for (const auto& [block, message] : blocks) {
+    // A driver may have no more storage blocks than the pass has itself: that is a link error.
+    if (most < 9 && block.find("buffer") != std::string::npos) continue;
+    options.visibilityGlsl = readingABlock(block);
+    const Result<Relighter> made = Relighter::create(test::makeFurnaceBake(0.5f, 0.0f, 3), options);
+    ASSERT_FALSE(made) << block;
+    EXPECT_EQ(made.error().code, ErrorCode::usage);
+    EXPECT_NE(made.error().message.find(message), std::string::npos) << made.error().message;
+    EXPECT_NE(made.error().message.find("light_surfels.comp"), std::string::npos) << made.error().message;
+  }
 }
 
 TEST_F(GlHost, twoRelightersShareABakeAndAContext) {
@@ -106,6 +166,86 @@ TEST_F(GlHost, timesEachPassWithoutWaiting) {
   ASSERT_EQ(times.size(), 3u);
   EXPECT_STREQ(times[2].pass, "caches");
   EXPECT_GT(times[2].ms, 0.0);
+}
+
+TEST_F(GlHost, timesArriveBesideAQueryBufferOfTheHosts) {
+  Relighter gl = makeRelighter(test::makeSyntheticBake(manySurfels(LinkKind::cone, 4)), BackendKind::gl);
+  GLuint buffer = 0;
+  glGenBuffers(1, &buffer);
+  glBindBuffer(GL_QUERY_BUFFER, buffer);
+  glBufferData(GL_QUERY_BUFFER, 64, nullptr, GL_STATIC_DRAW);
+  for (int frame = 0; frame < 6; ++frame) {
+    EXPECT_TRUE(gl.relight({}));
+    EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR)) << frame;
+  }
+  glFinish();
+  EXPECT_GT(gl.passTimes()[2].ms, 0.0);
+  GLint bound = 0;
+  glGetIntegerv(GL_QUERY_BUFFER_BINDING, &bound);
+  EXPECT_EQ(static_cast<GLuint>(bound), buffer);
+  glDeleteBuffers(1, &buffer);
+}
+
+// A program that is deleted while it is in use lives until another is used, and cannot be used again.
+TEST_F(GlHost, programsDeletedInUseLeaveNoneInUse) {
+  Relighter gl = makeRelighter(test::makeFurnaceBake(0.5f, 0.0f, 3), BackendKind::gl);
+  const GLuint program = glCreateProgram();
+  ASSERT_TRUE(test::linkCompute(program, "#version 430 core\nlayout(local_size_x = 1) in; void main() {}\n"));
+  glUseProgram(program);
+  glDeleteProgram(program);
+  EXPECT_TRUE(gl.relight({}));
+  GLint used = -1;
+  glGetIntegerv(GL_CURRENT_PROGRAM, &used);
+  EXPECT_EQ(used, 0);
+}
+
+// What another context of the same share group has deleted stays bound in this one, and cannot be bound again.
+TEST_F(GlHost, objectsDeletedElsewhereLeaveNothingBound) {
+  Relighter gl = makeRelighter(test::makeFurnaceBake(0.5f, 0.0f, 3), BackendKind::gl);
+  GLuint texture = 0, sampler = 0, buffer = 0;
+  glGenTextures(1, &texture);
+  glActiveTexture(GL_TEXTURE12);
+  glBindTexture(GL_TEXTURE_2D, texture);
+  glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA16F, 4, 4);
+  glBindImageTexture(0, texture, 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA16F);
+  glGenSamplers(1, &sampler);
+  glBindSampler(12, sampler);
+  glGenBuffers(1, &buffer);
+  glBindBuffer(GL_COPY_READ_BUFFER, buffer);
+  glBufferData(GL_COPY_READ_BUFFER, 64, nullptr, GL_STATIC_DRAW);
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, buffer);
+  glBindBufferRange(GL_UNIFORM_BUFFER, 7, buffer, 0, 16);
+
+  const EGLDisplay display = eglGetCurrentDisplay();
+  const EGLint version[] = {EGL_CONTEXT_MAJOR_VERSION, 4, EGL_CONTEXT_MINOR_VERSION, 3, EGL_NONE};
+  const EGLContext other = eglCreateContext(display, EGL_NO_CONFIG_KHR, eglGetCurrentContext(), version);
+  ASSERT_NE(other, EGL_NO_CONTEXT);
+  ASSERT_TRUE(eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, other));
+  glDeleteTextures(1, &texture);
+  glDeleteSamplers(1, &sampler);
+  glDeleteBuffers(1, &buffer);
+  ASSERT_TRUE(context_->makeCurrent());
+  eglDestroyContext(display, other);
+
+  const auto bound = [](GLenum what) {
+    GLint value = 0;
+    glGetIntegerv(what, &value);
+    return static_cast<GLuint>(value);
+  };
+  const auto boundAt = [](GLenum what, GLuint slot) {
+    GLint value = 0;
+    glGetIntegeri_v(what, slot, &value);
+    return static_cast<GLuint>(value);
+  };
+  if (bound(GL_TEXTURE_BINDING_2D) != texture) GTEST_SKIP() << "this driver unbinds what another context deletes";
+  EXPECT_TRUE(gl.relight({}));
+  EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
+  for (const GLenum what : {GL_TEXTURE_BINDING_2D, GL_SAMPLER_BINDING, GL_COPY_READ_BUFFER_BINDING,
+                            GL_SHADER_STORAGE_BUFFER_BINDING, GL_UNIFORM_BUFFER_BINDING})
+    EXPECT_EQ(bound(what), 0u) << what;
+  EXPECT_EQ(boundAt(GL_IMAGE_BINDING_NAME, 0), 0u);
+  EXPECT_EQ(boundAt(GL_SHADER_STORAGE_BUFFER_BINDING, 3), 0u);
+  EXPECT_EQ(boundAt(GL_UNIFORM_BUFFER_BINDING, 7), 0u);
 }
 
 // Hosts that keep track of their own state are not told of other changes than those they asked for.

@@ -12,6 +12,7 @@
 #include "formats/pack.h"
 #include "formats/sh.h"
 
+#include <epoxy/gl.h>
 #include <glm/geometric.hpp>
 
 #include <array>
@@ -166,6 +167,37 @@ TEST_F(GlLibrary, packedColorsAgreeAndKeepAnyUnit) {
       ASSERT_NEAR(back[k], color[k], step + 1e-11f);
       ASSERT_EQ(out[3 * i + static_cast<std::size_t>(k)], back[k]);
     }
+  }
+}
+
+// Names of the host's stand in one text with Relume's own, of which it has to know only what they begin with.
+TEST_F(GlLibrary, namesOfTheHostsMeetNoneOfThePasses) {
+  const std::string host =
+      "const float kPi = 3.0;\n"
+      "uniform float light[4], host[2];\n"
+      "uniform int surfel, node, part, texelColor, emissionColor, surfelLight, movingLight, shapeWord, leafNode, "
+      "sampleWord, voxelWord, ownSum, bouncedSum;\n"
+      "layout(binding = 0) uniform Lights { vec4 lamp; };\n"
+      "layout(binding = 1) uniform Host { vec4 shade; };\n"
+      "struct Surfels { int a; }; struct Nodes { int a; }; struct Texels { int a; }; struct Emission { int a; };\n"
+      "struct SurfelLight { int a; }; struct LeafNode { int a; }; struct Shapes { int a; }; struct Parts { int a; };\n"
+      "struct MovingLight { int a; }; struct Samples { int a; }; struct Voxels { int a; }; struct Direct { int a; };\n"
+      "vec3 direct(vec3 a, vec3 b) { return a; }\n"
+      "vec3 direct(uint i, vec3 a, vec3 b) { return a; }\n"
+      "vec3 flatBounce(vec2 a) { return vec3(a, 0.0); }\n"
+      "vec3 radiosityOfSurfel(uint a, uint b) { return vec3(0.0); }\n"
+      "vec3 shapeVector(uint a) { return vec3(0.0); }\n"
+      "vec3 directionOfView(uint a) { return vec3(0.0); }\n"
+      "ivec4 bytesOf(uint a) { return ivec4(0); }\n"
+      "vec3 lightAt(uvec2 a, vec3 b) { return b; }\n"
+      "float relumeVisibility(uint i, vec3 p, vec3 n) { return kPi * light[0] * host[1] * lamp.x * shade.x; }\n";
+  const auto defines = gpu::partLightProgram({4, 2, false}).allDefines();
+  for (const char* path : {"light_surfels.comp", "light_parts.comp", "live_direct.comp"}) {
+    const Result<std::string> text = expandShader(path, defines, host);
+    ASSERT_TRUE(text) << text.error().message;
+    const GLuint program = glCreateProgram();
+    EXPECT_TRUE(test::linkCompute(program, "#version 430 core\n" + *text)) << path;
+    glDeleteProgram(program);
   }
 }
 

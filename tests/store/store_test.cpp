@@ -7,9 +7,11 @@
 #include <gtest/gtest.h>
 #include <xxhash.h>
 
+#include <arpa/inet.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -358,6 +360,93 @@ TEST(Stores, urlsThatAreNoneAreRefused) {
   const auto store = openStore("http://me:secret@host:8080/bakes");
   ASSERT_TRUE(store) << store.error().message;
   EXPECT_EQ((*store)->name(), "http://host:8080/bakes/");
+}
+
+// One that lost a slash is not taken for a folder of that name, and its password is not said.
+TEST_F(Folder, urlsWithoutSlashesAreNoFolders) {
+  const fs::path before = fs::current_path();
+  fs::current_path(folder_);
+  for (const char* bad : {"http:/bob:s3cr3t@host/x", "HTTPS:bob:s3cr3t@host/x", "Http:", "http:/a:s3cr3t@b/c://d"}) {
+    EXPECT_TRUE(isUrl(bad)) << bad;
+    const auto store = openStore(bad);
+    ASSERT_FALSE(store) << bad;
+    EXPECT_EQ(store.error().code, ErrorCode::usage) << bad;
+    EXPECT_NE(store.error().message.find("without //"), std::string::npos) << store.error().message;
+    EXPECT_EQ(store.error().message.find("s3cr3t"), std::string::npos) << store.error().message;
+  }
+  EXPECT_FALSE(isUrl("https_bakes"));
+  fs::current_path(before);
+  EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+// A server that gives one answer to whatever it is asked, a connection each time.
+class Answers {
+ public:
+  explicit Answers(const std::string& answer) : listener_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    EXPECT_EQ(::bind(listener_, reinterpret_cast<sockaddr*>(&address), size), 0);
+    EXPECT_EQ(::listen(listener_, 8), 0);
+    ::getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size);
+    port_ = ntohs(address.sin_port);
+    thread_ = std::thread([this, answer] {
+      for (int peer = 0; (peer = ::accept(listener_, nullptr, nullptr)) >= 0; ::close(peer)) {
+        char asked[4096];
+        if (::recv(peer, asked, sizeof asked, 0) > 0) ::send(peer, answer.data(), answer.size(), MSG_NOSIGNAL);
+      }
+    });
+  }
+  ~Answers() {
+    ::shutdown(listener_, SHUT_RDWR);
+    thread_.join();
+    ::close(listener_);
+  }
+  Answers(const Answers&) = delete;
+  Answers& operator=(const Answers&) = delete;
+  std::string url(const std::string& user = "") const {
+    return "http://" + user + "127.0.0.1:" + std::to_string(port_) + "/bakes";
+  }
+
+ private:
+  int listener_;
+  int port_ = 0;
+  std::thread thread_;
+};
+
+// What a store says that cannot be read.
+std::string whyNot(const std::string& url) {
+  const auto store = openStore(url);
+  if (!store) return store.error().message;
+  const auto got = (*store)->get(nameOf(1), 1000);
+  return got ? "" : got.error().message;
+}
+
+TEST(Stores, answersSayWhatToDo) {
+  ::setenv("no_proxy", "127.0.0.1", 1);
+  const std::string entry = toString(nameOf(1)), path = folderOf(entry) + "/" + entry;
+  const auto answer = [](const std::string& status) { return "HTTP/1.0 " + status + "\r\nContent-Length: 0\r\n\r\n"; };
+  const Answers moved(answer("301 Moved\r\nLocation: http://me:s3cr3t@farm:8080/new/" + path));
+  EXPECT_EQ(whyNot(moved.url()),
+            "GET: the server answers 301: redirects are not followed; the store's own URL expected, it leads to "
+            "http://farm:8080/new/");
+  const Answers closed(answer("401 Unauthorized"));
+  EXPECT_NE(whyNot(closed.url()).find("401: it asks for a user and a password"), std::string::npos);
+  const std::string known = whyNot(closed.url("me:s3cr3t@"));
+  EXPECT_NE(known.find("401: it does not take the user and the password"), std::string::npos) << known;
+  EXPECT_EQ(known.find("s3cr3t"), std::string::npos) << known;
+}
+
+// libcurl quotes a proxy that it cannot use, as the environment has it.
+TEST(Stores, passwordsOfProxiesAreNotSaid) {
+  for (const char* proxy : {"garbage://u:s3cr3t@proxy", "u:s3 cr3t@proxy:99999999", "http://u:'s3cr3t://@proxy:none"}) {
+    ::setenv("http_proxy", proxy, 1);
+    const std::string why = whyNot("http://example.invalid/x");
+    EXPECT_NE(why.find("proxy"), std::string::npos) << why;
+    EXPECT_EQ(why.find("cr3t"), std::string::npos) << why;
+  }
+  ::unsetenv("http_proxy");
 }
 
 }  // namespace

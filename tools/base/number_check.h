@@ -17,16 +17,14 @@
 
 namespace relume {
 
-// Finite and of [low, high], whose ends are taken as floats as well: 0.02 is of 0.02 to 2. The message names the range
-// and what was found.
+// Finite and of [low, high]. The message names the range and what was found.
 inline CLI::Validator numberFrom(double low, double high = std::numeric_limits<double>::infinity()) {
   const std::string range = std::isfinite(high) ? decimal(low) + " to " + decimal(high) : decimal(low) + " or more";
   return CLI::Validator(
       [low, high, range](const std::string& input) {
-        const std::optional<float> value = finiteNumber(input);
-        return value && *value >= static_cast<float>(low) && *value <= static_cast<float>(high)
-                   ? std::string()
-                   : "a number, " + range + ", expected; \"" + input + "\" found";
+        const std::optional<double> value = finiteNumber<double>(input);
+        return value && *value >= low && *value <= high ? std::string()
+                                                        : "a number, " + range + ", expected; \"" + input + "\" found";
       },
       "");
 }

@@ -3,12 +3,12 @@
 #include "tools/base/output_files.h"
 
 #include "formats/chunks.h"
+#include "formats/file_io.h"
 
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -144,13 +144,6 @@ const char* nameOf(FileKind kind) {
   return "";
 }
 
-std::string lowerExtension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
-
 // What the names of such files end in.
 std::string_view extensionOf(FileKind kind) {
   switch (kind) {
@@ -202,6 +195,16 @@ Status checkKind(const OutputFile& output) {
   if (isKind(*text, output.kind)) return done();
   return Error{ErrorCode::usage, output.option + ": " + quoted(output.path) + " exists and is not " +
                                      nameOf(output.kind) + "; choose another name, or --force to write over it"};
+}
+
+// A file that this user may not write is one that somebody keeps as it is, although a rename would replace it: version
+// control takes the permission from files that are locked or not checked out.
+Status checkPermission(const OutputFile& output) {
+  if (std::error_code failed; !fs::is_regular_file(output.path, failed)) return done();
+  if (::access(output.path.c_str(), W_OK) == 0 || errno != EACCES) return done();
+  return Error{ErrorCode::usage, output.option + ": " + quoted(output.path) +
+                                     " exists and is read-only, as version control leaves files that are locked or "
+                                     "not checked out; make it writable, or --force to write over it"};
 }
 
 // `relume ... -o a > a`: the shell has opened the file for what is printed. `-o -`: other programs print to it.
@@ -261,14 +264,23 @@ Status checkApart(const CommandFiles& files) {
 
 namespace {
 
+// Whether this is what a command makes, and leaves alone where it is up to date.
+bool isLeftWhereMade(FileKind kind) {
+  return kind == FileKind::bake || kind == FileKind::plan || kind == FileKind::shard;
+}
+
 // checkPlace: whether an output can be written where it is asked for, before anything is said of its name and kind.
-Status checkEach(const CommandFiles& files, const std::function<Status(const OutputFile&)>& checkPlace) {
+Status checkEach(const CommandFiles& files, bool mayBeMade,
+                 const std::function<Status(const OutputFile&)>& checkPlace) {
   if (const Status status = checkApart(files); !status) return status;
   for (const OutputFile& output : files.outputs) {
     if (const Status status = checkStandardStreams(output); !status) return status;
     if (const Status status = checkPlace(output); !status) return status;
     if (const Status status = checkName(output); !status) return status;
-    if (const Status status = files.force ? done() : checkKind(output); !status) return status;
+    if (files.force) continue;
+    if (const Status status = checkKind(output); !status) return status;
+    if (mayBeMade && isLeftWhereMade(output.kind)) continue;
+    if (const Status status = checkPermission(output); !status) return status;
   }
   return done();
 }
@@ -276,12 +288,12 @@ Status checkEach(const CommandFiles& files, const std::function<Status(const Out
 }  // namespace
 
 Status checkKinds(const CommandFiles& files) {
-  return checkEach(files, [](const OutputFile& /*output*/) { return done(); });
+  return checkEach(files, true, [](const OutputFile& /*output*/) { return done(); });
 }
 
 Status checkOutputs(const CommandFiles& files, Context& context) {
   bool warned = false;
-  return checkEach(files, [&](const OutputFile& output) {
+  return checkEach(files, false, [&](const OutputFile& output) {
     bool locks = true;
     const Status status = checkWritable(output.path, &locks);
     if (status && !locks && !std::exchange(warned, true))

@@ -42,7 +42,7 @@ struct InputFile {
 struct CommandFiles {
   std::vector<InputFile> inputs;
   std::vector<OutputFile> outputs;
-  bool force = false;  // outputs may replace files of any kind; never an input or one another
+  bool force = false;  // outputs may replace files of any kind, and read-only ones; never an input or one another
 
   void read(std::string what, std::filesystem::path path);
   void read(const std::string& what, const std::vector<std::filesystem::path>& paths);
@@ -52,13 +52,13 @@ struct CommandFiles {
 // Before any work: the files apart, each output writable and free, empty or of its own kind.
 // usage: an output that is an input or another output (links followed, by device and inode; by name where nothing is
 // there yet), "-", one whose name ends as files of another kind do (x.png for a bake; names that end in nothing or in
-// what nobody knows say nothing), or a file of another kind without `force`; io: a folder, a device, a pipe, this
-// process's standard output, a place that cannot be written, a file there that cannot be read. A file system without
-// locks is told once, as a warning.
+// what nobody knows say nothing), or without `force` a file of another kind or one that this user may not write; io: a
+// folder, a device, a pipe, this process's standard output, a place that cannot be written, a file there that cannot be
+// read. A file system without locks is told once, as a warning.
 Status checkOutputs(const CommandFiles& files, Context& context);
 
-// All of that but whether the places can be written, for a command that may find that there is nothing to write; it
-// calls checkOutputs() before it begins.
+// All of that but whether the places can be written, and whether bakes, plans and shards there are read-only, for a
+// command that may find that there is nothing to write; it calls checkOutputs() before it begins.
 Status checkKinds(const CommandFiles& files);
 
 // The first half alone, for inputs that became known late.

@@ -20,10 +20,11 @@ inline std::optional<int> wholeNumber(std::string_view text, int low, int high) 
   return value;
 }
 
-// A finite number, or nothing.
-inline std::optional<float> finiteNumber(std::string_view text) {
+// A finite number, or nothing. Number: float or double.
+template <class Number = float>
+std::optional<Number> finiteNumber(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
-  float value = 0.0f;
+  Number value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
   return value;

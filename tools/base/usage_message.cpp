@@ -6,6 +6,10 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
+#include <cstdint>
+#include <limits>
+#include <system_error>
 
 namespace relume {
 namespace {
@@ -150,6 +154,26 @@ std::vector<std::string> wrongTexts(const CLI::Option& option, const GivenTexts&
   return option.get_items_expected_max() == 1 ? std::vector{texts->second.back()} : texts->second;
 }
 
+// Whether a text is written as numbers are, or as a size (8G), and says one that no variable holds: 1e999, 1e-400,
+// 99999999999G.
+bool isBeyondNumbers(std::string_view text) {
+  double real = 0.0;
+  const char* const end = text.data() + text.size();
+  const auto asReal = std::from_chars(text.data(), end, real);
+  if (asReal.ec == std::errc::result_out_of_range) return asReal.ptr == end;
+  std::uint64_t whole = 0;
+  const auto asWhole = std::from_chars(text.data(), end, whole);
+  if (asWhole.ec == std::errc::invalid_argument) return false;
+  // Bytes with a unit, as CLI11 takes them: K, KB and KiB are 2^10, M 2^20, ..., E 2^60.
+  const std::string_view unit(asWhole.ptr, static_cast<std::size_t>(end - asWhole.ptr));
+  std::size_t power = 0;
+  if (!unit.empty()) {
+    power = std::string_view("KMGTPE").find(static_cast<char>(std::toupper(static_cast<unsigned char>(unit[0])))) + 1;
+    if (power == 0 || unit.find_first_not_of("bBiI", 1) != std::string_view::npos) return false;
+  }
+  return asWhole.ec != std::errc() || whole > std::numeric_limits<std::uint64_t>::max() >> (10 * power);
+}
+
 std::string wrongValue(const CLI::Option& option, const GivenTexts& given) {
   const std::string name = spellings(option).front();
   if (option.get_items_expected_max() == 0) return name + " takes no value";
@@ -159,7 +183,7 @@ std::string wrongValue(const CLI::Option& option, const GivenTexts& given) {
   std::string found;
   for (const std::string& text : texts) found += (found.empty() ? "" : ",") + text;
   return name + ": " + expectedValue(option) + " expected, " + (found.empty() ? "none" : "\"" + found + "\"") +
-         " found";
+         " found" + (std::ranges::any_of(texts, isBeyondNumbers) ? ", a number out of range" : "");
 }
 
 }  // namespace

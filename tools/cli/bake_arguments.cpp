@@ -2,6 +2,7 @@
 // See bake_arguments.h.
 #include "tools/cli/bake_arguments.h"
 
+#include "bake/base/read_json.h"
 #include "formats/file_io.h"
 #include "tools/base/printable.h"
 #include "tools/cli/commands.h"
@@ -15,6 +16,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <span>
 #include <system_error>
 
@@ -33,6 +35,32 @@ Status writeText(const std::string& path, const std::string& text) {
   return writeFileAtomically(path, [&](const ByteSink& sink) { return sink(std::as_bytes(std::span(text))); });
 }
 
+// Counts that an options file states, where a budget chooses them. A file that states them all is what --print-options
+// wrote: those of the preset go without saying, of others a warning tells that they are not used. usage: it states
+// some.
+Status checkFileCounts(const std::string& file, const std::string& text, const BakeOptions& base,
+                       const BakeOptions& chosen) {
+  const Result<nlohmann::json> json = readJson(text, JsonComments::skip);
+  if (!json) return json.error();
+  std::map<std::string, std::string> stated;
+  const nlohmann::json flat = json->flatten();
+  for (const auto& [path, value] : flat.items()) {
+    std::string name = path.substr(std::min<std::size_t>(path.size(), 1));  // "/surfels/count"
+    std::replace(name.begin(), name.end(), '/', '.');
+    if (std::find(kBudgetCounts.begin(), kBudgetCounts.end(), name) != kBudgetCounts.end()) stated[name] = value.dump();
+  }
+  const bool all = stated.size() == kBudgetCounts.size();
+  for (const OptionInfo& info : listOptions(base)) {
+    if (const auto count = stated.find(info.name); all && count != stated.end() && count->second == info.value)
+      stated.erase(count);
+  }
+  const Status alone = checkBudgetAlone(chosen, stated);
+  if (alone) return alone;
+  if (!all) return Error{alone.error().code, file + ": " + alone.error().message};
+  logMessage(Severity::warning, file + ": " + alone.error().message + "; the file's is not used");
+  return done();
+}
+
 // What a run depends on.
 std::vector<std::filesystem::path> dependencies(const BakeArguments& arguments, const Scene& scene) {
   std::vector<std::filesystem::path> files = scene.files;
@@ -44,15 +72,17 @@ std::vector<std::filesystem::path> dependencies(const BakeArguments& arguments, 
 }  // namespace
 
 Result<BakeOptions> chooseOptions(const BakeArguments& arguments, const BakeOptions& base) {
-  BakeOptions options = arguments.presetGiven ? presetOptions(arguments.preset) : base;
-  if (!arguments.optionsFile.empty()) {
-    const Result<std::string> text = readText(arguments.optionsFile);
-    if (!text) return text.error();
-    Result<BakeOptions> read = optionsFromJson(*text, options);
-    if (!read) return Error{read.error().code, arguments.optionsFile + ": " + read.error().message};
-    options = *read;
-  }
-  return chooseBakeOptions(options, arguments.flags);
+  const BakeOptions preset = arguments.presetGiven ? presetOptions(arguments.preset) : base;
+  if (arguments.optionsFile.empty()) return chooseBakeOptions(preset, arguments.flags);
+  const Result<std::string> text = readText(arguments.optionsFile);
+  if (!text) return text.error();
+  const Result<BakeOptions> read = optionsFromJson(*text, preset);
+  if (!read) return Error{read.error().code, arguments.optionsFile + ": " + read.error().message};
+  Result<BakeOptions> chosen = chooseBakeOptions(*read, arguments.flags);
+  if (!chosen) return chosen;
+  if (const Status status = checkFileCounts(arguments.optionsFile, *text, preset, *chosen); !status)
+    return status.error();
+  return chosen;
 }
 
 MadeCounts countsOf(const Bake& bake) {
@@ -115,13 +145,11 @@ Status checkDepfile(const BakeArguments& arguments, const std::string& output, c
   return checkDepfileNames(output, files);
 }
 
-int endUpToDate(const BakeArguments& arguments, const std::string& output, const Scene* scene,
+int endUpToDate(const BakeArguments& arguments, const std::string& output, const Scene& scene,
                 const std::string& report, const std::string& what) {
   std::error_code ignored;
   std::filesystem::last_write_time(output, std::filesystem::file_time_type::clock::now(), ignored);
-  const Status written =
-      scene != nullptr ? writeSideFiles(arguments, output, *scene, report) : writeReport(arguments.reportFile, report);
-  if (!written) return fail(written.error());
+  if (const Status written = writeSideFiles(arguments, output, scene, report); !written) return fail(written.error());
   std::printf("%s: up to date, %s (--force makes it again)\n", printable(output).c_str(), what.c_str());
   return 0;
 }

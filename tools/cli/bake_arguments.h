@@ -75,8 +75,8 @@ auto takeExisting(const std::string& output, bool force, const std::string& doin
 }
 
 // Ends a run that found such an output: gives it a time after that of its inputs, so that a build system that goes by
-// time does not ask again; writes report and, with a scene, depfile; prints what is there. Returns the exit status.
-int endUpToDate(const BakeArguments& arguments, const std::string& output, const Scene* scene,
+// time does not ask again; writes report and depfile; prints what is there. Returns the exit status.
+int endUpToDate(const BakeArguments& arguments, const std::string& output, const Scene& scene,
                 const std::string& report, const std::string& what);
 
 // The first of them, each in a line of its own, and how many more there are.

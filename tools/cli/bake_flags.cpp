@@ -37,23 +37,17 @@ void addBakeFlags(CLI::App& command, BakeFlags& flags) {
   }
 }
 
-namespace {
-
-// Counts that a budget chooses, and the command line states as well.
-Status checkBudgetAlone(const BakeOptions& options, const BakeFlags& flags) {
+Status checkBudgetAlone(const BakeOptions& options, const std::map<std::string, std::string>& stated) {
   if (!options.budget.any()) return done();
-  for (const char* name : {"surfels.count", "caches.gridCaches", "caches.lightmapCaches", "links.linksPerCache",
-                           "links.maxLinksPerCache"}) {
-    const auto stated = flags.flagged.find(name);
-    if (stated == flags.flagged.end() || stated->second == "0") continue;
+  for (const char* name : kBudgetCounts) {
+    const auto found = stated.find(name);
+    if (found == stated.end() || found->second == "0") continue;
     return Error{ErrorCode::usage,
-                 std::string("option ") + name + " is " + stated->second.substr(0, 40) +
+                 std::string("option ") + name + " is " + found->second.substr(0, 40) +
                      ", and a budget chooses it (--budget-mb, --budget-ms, --max-error); leave one out"};
   }
   return done();
 }
-
-}  // namespace
 
 Result<BakeOptions> chooseBakeOptions(const BakeOptions& base, const BakeFlags& flags) {
   BakeOptions options = base;
@@ -66,7 +60,7 @@ Result<BakeOptions> chooseBakeOptions(const BakeOptions& base, const BakeFlags& 
     if (const Status status = setOption(options, name, text); !status) return status.error();
   }
   if (const Status status = checkOptions(options); !status) return status.error();
-  if (const Status status = checkBudgetAlone(options, flags); !status) return status.error();
+  if (const Status status = checkBudgetAlone(options, flags.flagged); !status) return status.error();
   return options;
 }
 

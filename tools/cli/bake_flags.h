@@ -5,6 +5,7 @@
 
 #include "relume/bake/options.h"
 
+#include <array>
 #include <map>
 #include <string>
 
@@ -27,6 +28,14 @@ struct BakeFlags {
 
 // `flags` must outlive the parsing.
 void addBakeFlags(CLI::App& command, BakeFlags& flags);
+
+// The counts that a budget chooses, by their options' names.
+inline constexpr std::array kBudgetCounts = {"surfels.count", "caches.gridCaches", "caches.lightmapCaches",
+                                             "links.linksPerCache", "links.maxLinksPerCache"};
+
+// usage: such a count was stated, in these words, and the options have a budget. 0 is no count: it switches a grid or a
+// light map off.
+Status checkBudgetAlone(const BakeOptions& options, const std::map<std::string, std::string>& stated);
 
 // What the flags start from, --bands, then the other flags. usage: text of the wrong type, a value out of range, a
 // count beside a budget that chooses it.

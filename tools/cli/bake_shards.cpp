@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // relume bake LEVEL --plan FILE writes a plan; with --shard I/N -o SHARD it reads one and traces a shard of it. Both do
-// nothing where what they would write is there already: a job that is run again costs nothing.
+// nothing where what they would write is there already: a job that is run again costs no more than reading the level.
 #include "bake/shards/shard.h"
 #include "relume/bake/load_scene.h"
 #include "tools/base/output_files.h"
@@ -141,7 +141,7 @@ int runPlan(const BakeArguments& arguments) {
     terminal.finish();
     const std::string report = describeRun(context, *options, existing->bake.provenance.rayTracer,
                                            countsOf(existing->bake), secondsSince(begin), true);
-    return endUpToDate(arguments, arguments.plan, &*scene, report, "a plan of " + sizesOf(*existing));
+    return endUpToDate(arguments, arguments.plan, *scene, report, "a plan of " + sizesOf(*existing));
   }
   if (const Status status = mayBeThere ? checkOutputs(files, context) : done(); !status)
     return terminal.finish(), fail(status.error());
@@ -185,21 +185,19 @@ int runShard(const BakeArguments& arguments) {
   const std::string& rayTracer = plan->bake.provenance.rayTracer;
   const auto existing = takeExisting(arguments.output, arguments.force, "shard " + toString(*number) + " again",
                                      context, [&] { return existingShard(arguments.output, *plan, *number); });
-  const auto upToDate = [&](const Scene* scene) {
+  if (const Status status = mayBeThere && !existing ? checkOutputs(files, context) : done(); !status)
+    return terminal.finish(), fail(status.error());
+  // A shard that is there names its plan only: whether that still is the level's is asked in any case.
+  const Result<Scene> scene = loadLevel(arguments, arguments.output, files, MeshReport::none, context);
+  if (!scene) return terminal.finish(), fail(scene.error());
+  if (const Status status = explainLevel(*scene, *plan); !status) return terminal.finish(), fail(status.error());
+  if (existing) {
     terminal.finish();
     const std::string report =
         describeRun(context, plan->options, rayTracer, countsOf(*plan, *existing), secondsSince(begin), true);
-    return endUpToDate(arguments, arguments.output, scene, report,
+    return endUpToDate(arguments, arguments.output, *scene, report,
                        "shard " + toString(*number) + " of this plan, " + sizesOf(*plan, *existing));
-  };
-  // The level is read for what a depfile names, and to trace in.
-  if (existing && arguments.depfile.empty()) return upToDate(nullptr);
-  if (const Status status = mayBeThere && !existing ? checkOutputs(files, context) : done(); !status)
-    return terminal.finish(), fail(status.error());
-  const Result<Scene> scene = loadLevel(arguments, arguments.output, files, MeshReport::none, context);
-  if (!scene) return terminal.finish(), fail(scene.error());
-  if (existing) return upToDate(&*scene);
-  if (const Status status = explainLevel(*scene, *plan); !status) return terminal.finish(), fail(status.error());
+  }
 
   const Result<Shard> shard = traceShard(*scene, *plan, *number, context);
   if (!shard) return terminal.finish(), fail(shard.error());

@@ -142,7 +142,7 @@ int runBake(const BakeArguments& arguments) {
     const MadeCounts there = countsOf(*existing);
     const std::string report =
         describeRun(context, *options, existing->provenance.rayTracer, there, secondsSince(begin), true);
-    return endUpToDate(arguments, arguments.output, &*scene, report,
+    return endUpToDate(arguments, arguments.output, *scene, report,
                        std::to_string(there.surfels) + " surfels, " + std::to_string(there.caches) + " caches, " +
                            std::to_string(there.links) + " links");
   }
@@ -205,7 +205,8 @@ void addBakeCommand(CLI::App& app, Action& action) {
       ->option_text("FILE");
   command->add_flag(
       "--force", arguments->force,
-      "Bake even if the output is up to date with scene and options, and write over files that are something else");
+      "Bake even if the output is up to date with scene and options, and write over files that are something else or "
+      "read-only");
   command->add_flag("--verify", arguments->verify,
                     "Bake twice, with other numbers of threads, and fail when the bytes differ; implies --force");
   command

@@ -379,7 +379,7 @@ void addBenchCommand(CLI::App& app, Action& action) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::Range(1u, 10000000u).description(""));
-  command->add_flag("--force", a->force, "Let --markdown write over a file that is something else");
+  command->add_flag("--force", a->force, "Let --markdown write over a file that is something else, or read-only");
   command->add_flag("--json", a->json, "Print what was measured as JSON");
   command->add_option("--markdown", a->markdown, "Write it as a page of tables, in place of printing it")
       ->option_text("FILE");

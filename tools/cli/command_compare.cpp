@@ -3,6 +3,7 @@
 // exceeded.
 #include "bake/base/memory_budget.h"
 #include "bake/base/read_json.h"
+#include "bake/import/gltf_file.h"
 #include "formats/chunks.h"
 #include "formats/validate.h"
 #include "relume/bake/load_scene.h"
@@ -25,11 +26,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace relume {
 namespace {
@@ -81,8 +84,9 @@ Result<Json> readRun(const std::string& path) {
   const auto* text = reinterpret_cast<const char*>(file->bytes.data());
   Result<Json> json = readJson({text, file->bytes.size()});
   if (!json) return Error{ErrorCode::invalidFile, path + ": " + json.error().message};
-  if (!json->is_object())
-    return Error{ErrorCode::invalidFile, path + ": expected a report of relume bake --report, a JSON object"};
+  if (!json->is_object() || !json->contains("stages") || !(*json)["stages"].is_array())
+    return Error{ErrorCode::invalidFile,
+                 path + ": expected a report of relume bake --report, a JSON object with a list of \"stages\""};
   return json;
 }
 
@@ -125,6 +129,18 @@ Result<std::optional<Scene>> readScene(const CompareArguments& arguments, const 
   return std::optional<Scene>(std::move(*scene));
 }
 
+// Of bakes with the same bytes no receiver is placed: that --scene is a level at all is told without importing it.
+Status checkSceneFile(const std::string& path) {
+  if (path.empty()) return done();
+  const std::string file = std::filesystem::path(path).filename().string();
+  Result<std::vector<std::uint8_t>> bytes = readSceneBytes(path, file);
+  if (!bytes) return bytes.error();
+  const Result<GltfContainer> level = splitContainer(std::move(*bytes), file);
+  if (!level) return level.error();
+  const Result<Json> json = readJson(level->json);
+  return json ? done() : Status(Error{ErrorCode::invalidFile, file + ": " + json.error().message});
+}
+
 int runCompare(const CompareArguments& arguments) {
   Terminal terminal(arguments.terminal);
   Context& context = terminal.context();
@@ -143,6 +159,7 @@ int runCompare(const CompareArguments& arguments) {
   if (sameBytes(*a, *b)) {
     if (const Status ok = checkIgnore(arguments.ignore, a->bake, b->bake, context); !ok)
       return terminal.finish(), fail(ok.error());
+    if (const Status ok = checkSceneFile(arguments.scene); !ok) return terminal.finish(), fail(ok.error());
     report = reportSame(arguments.a, arguments.b, sizeOf(*a), arguments.ignore, arguments.bounds);
   } else {
     // Each bake once more, as its relighter holds it.
@@ -209,7 +226,7 @@ void addCompareCommand(CLI::App& app, Action& action) {
   command->add_option("--report-a", arguments->runA, "What relume bake --report wrote for A: stage times for the page")
       ->option_text("FILE");
   command->add_option("--report-b", arguments->runB, "The same for B")->option_text("FILE");
-  command->add_flag("--force", arguments->force, "Let --html write over a file that is something else");
+  command->add_flag("--force", arguments->force, "Let --html write over a file that is something else, or read-only");
   command->add_flag("--json", arguments->json, "Print JSON (docs/compare.schema.json)");
   addTerminalOptions(*command, arguments->terminal);
   command->callback([arguments, &action] { action = [arguments] { return runCompare(*arguments); }; });

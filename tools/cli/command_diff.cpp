@@ -5,6 +5,7 @@
 #include "tools/base/output_files.h"
 #include "tools/base/printable.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/layer_files.h"
 #include "tools/cli/terminal.h"
 #include "tools/images/image_diff.h"
 #include "tools/images/image_io.h"
@@ -47,7 +48,7 @@ bool exceeds(const PictureDifference& d, const Bounds& bounds) {
 
 // The picture of the error, or the difference itself for an OpenEXR. Returns the picture's scale; 0 for the latter.
 Result<double> writeError(const std::string& path, const Picture& image, const Picture& reference) {
-  if (std::filesystem::path(path).extension() == ".png") {
+  if (imageKind(path) == FileKind::png) {
     const ErrorPicture error = drawError(image, reference);
     const Status ok = writePng(path, image.width, image.height, std::span<const std::uint8_t>(error.rgb));
     if (!ok) return ok.error();
@@ -111,13 +112,21 @@ Status checkFiles(const DiffArguments& a, Context& context) {
   return checkOutputs(files, context);
 }
 
+// A render has R, G and B where its reference has layers; a name that no file has was not meant.
+Status checkLayer(const DiffArguments& a, const PictureFile& image, const PictureFile& reference) {
+  if (a.layer.empty() || image.channels == a.layer || reference.channels == a.layer) return done();
+  const auto layersOf = [](const std::string& path, const PictureFile& file) {
+    return "\"" + path + "\" has " + (file.layers.empty() ? "none" : file.layers);
+  };
+  return Error{ErrorCode::usage, "--layer: expected layers of either file, found \"" + a.layer + "\"; " +
+                                     layersOf(a.image, image) + ", " + layersOf(a.reference, reference)};
+}
+
 int runDiff(const DiffArguments& a) {
   // 1. What is asked for
   const auto asked = readExposure(a.exposure);
   if (!asked) return fail(asked.error());
-  const std::string extension = std::filesystem::path(a.output).extension().string();
-  if (!a.output.empty() && extension != ".png" && extension != ".exr")
-    return fail({ErrorCode::usage, "-o: a name that ends in .exr or .png expected, \"" + a.output + "\" found"});
+  if (Status ok = a.output.empty() ? done() : checkImageName(a.output); !ok) return fail(ok.error());
   Terminal terminal(a.maxMemory);
   Context& context = terminal.context();
   if (Status ok = checkFiles(a, context); !ok) return fail(ok.error());
@@ -135,6 +144,7 @@ int runDiff(const DiffArguments& a) {
                                        "\" is a PNG, whose exposure is unknown, and the other is not: compare two "
                                        "OpenEXR images or two PNGs"});
   }
+  if (Status ok = checkLayer(a, *image, *reference); !ok) return fail(ok.error());
   constexpr double kComparedBytes = 4 + 12 + 3 * 4;  // a pixel's error, difference and place in a picture of it
   const double pixels = static_cast<double>(image->picture.width) * image->picture.height;
   if (Status ok = fits(kComparedBytes * pixels, "comparing them"); !ok) return fail(ok.error());
@@ -171,8 +181,8 @@ void addDiffCommand(CLI::App& app, Action& action) {
                    "picture of the error: .png (red is too bright, blue too dark) or .exr (IMAGE - REFERENCE)")
       ->type_name("FILE");
   command->add_option("--layer", a->layer,
-                      "layer of OpenEXR files to compare, or a sum, as DiffDir+DiffInd; a file that has none of them "
-                      "gives R, G, B; default: R, G, B");
+                      "layer of OpenEXR files to compare, or a sum, as DiffDir+DiffInd; when one of the files has none "
+                      "of them, R, G, B of that one; default: R, G, B");
   command
       ->add_option("--exposure", a->exposure,
                    "stops for FLIP, which sees what a screen shows: -30..30, or auto: from the reference; 0 for PNGs")
@@ -185,7 +195,8 @@ void addDiffCommand(CLI::App& app, Action& action) {
   command->add_option("--max-flip", a->bounds.flip, "exit with 7 when the mean of FLIP is beyond this [0..1]")
       ->option_text("X [none]")
       ->check(numberFrom(0.0, 1.0));
-  command->add_flag("--force", a->force, "write over a file that is something else than an image of that kind");
+  command->add_flag("--force", a->force,
+                    "write over a file that is something else than an image of that kind, or read-only");
   command->add_flag("--json", a->json, "print JSON");
   addMemoryOption(*command, a->maxMemory);
   command->callback([a, &action] { action = [a] { return runDiff(*a); }; });

@@ -91,7 +91,8 @@ void addExportCommand(CLI::App& app, Action& action) {
       ->option_text("FILE REQUIRED")
       ->required();
   command->add_flag("--json", arguments->json, "Print JSON");
-  command->add_flag("--force", arguments->force, "Write over files that are something else than an exported level");
+  command->add_flag("--force", arguments->force,
+                    "Write over files that are something else than an exported level, or read-only");
   addSceneOptions(*command, arguments->sceneOptions);
   addTerminalOptions(*command, arguments->terminal);
   command->callback([arguments, &action] { action = [arguments] { return runExport(*arguments); }; });

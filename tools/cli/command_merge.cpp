@@ -6,6 +6,7 @@
 #include "tools/base/printable.h"
 #include "tools/cli/bake_arguments.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/describe.h"
 #include "tools/cli/reserve_bake.h"
 
 #include <CLI/CLI.hpp>
@@ -64,9 +65,11 @@ int runMerge(const MergeArguments& arguments) {
   const std::string report =
       describeRun(context, options, bake->provenance.rayTracer, made, secondsSince(begin), false);
   if (const Status status = writeReport(arguments.reportFile, report); !status) return fail(status.error());
-  std::printf("%s: %zu shards, %u surfels, %u caches, %u links in %.2f s, peak memory %.0f MiB\n",
+  const std::string certified = certificateText(*bake);
+  std::printf("%s: %zu shards, %u surfels, %u caches, %u links in %.2f s, peak memory %.0f MiB, %s%s\n",
               printable(arguments.output).c_str(), arguments.shards.size(), made.surfels, made.caches, made.links,
-              secondsSince(begin), peakMemoryMiB());
+              secondsSince(begin), peakMemoryMiB(), costText(*bake).c_str(),
+              certified.empty() ? "" : (", " + certified).c_str());
   return 0;
 }
 
@@ -84,7 +87,7 @@ void addMergeCommand(CLI::App& app, Action& action) {
       ->required();
   command->add_option("--report", arguments->reportFile, "Write stage times and figures to this JSON file")
       ->option_text("FILE");
-  command->add_flag("--force", arguments->force, "Write over files that are something else than a bake");
+  command->add_flag("--force", arguments->force, "Write over files that are something else than a bake, or read-only");
   addMemoryOption(*command, arguments->terminal.maxMemory);
   addProgressOption(*command, arguments->terminal.progress);
   command->callback([arguments, &action] { action = [arguments] { return runMerge(*arguments); }; });

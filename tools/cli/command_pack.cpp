@@ -36,7 +36,7 @@ struct PackArguments {
 // The bake as it was read, simplified, coded, and as a file: up to 3.4 were measured (docs/notes/packing.md).
 constexpr double kCopies = 4.0;
 
-bool isGzipName(const std::string& path) { return std::filesystem::path(path).extension() == ".gz"; }
+bool isGzipName(const std::string& path) { return lowerExtension(path) == ".gz"; }
 
 // The file that a bake was packed from. One that was simplified meanwhile is another bake.
 Result<std::vector<std::byte>> unpack(const Bake& bake, std::uint64_t packedFrom, const std::string& path) {
@@ -117,7 +117,7 @@ void addPackCommand(CLI::App& app, Action& action) {
   command->add_flag("--keep-coordinates", arguments->simplify.keepCoordinates,
                     "--profile web: keep light-map coordinates, for hosts that read them from the bake");
   command->add_flag("--json", arguments->json, "Print JSON");
-  command->add_flag("--force", arguments->force, "Write over a file that is something else than a bake");
+  command->add_flag("--force", arguments->force, "Write over a file that is something else than a bake, or read-only");
   addMemoryOption(*command, arguments->maxMemory);
   command->callback([arguments, &action] { action = [arguments] { return runPack(*arguments); }; });
 }

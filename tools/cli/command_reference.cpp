@@ -13,6 +13,7 @@
 #include "tools/base/printable.h"
 #include "tools/base/scene_options.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/layer_files.h"
 #include "tools/cli/terminal.h"
 #include "tools/images/image_io.h"
 #include "tools/render/drive_scene.h"
@@ -48,9 +49,7 @@ struct ReferenceArguments {
   TerminalOptions terminal;
 };
 
-bool isPng(const ReferenceArguments& arguments) {
-  return std::filesystem::path(arguments.output).extension() == ".png";
-}
+bool isPng(const ReferenceArguments& arguments) { return imageKind(arguments.output) == FileKind::png; }
 
 // Layers as they are traced, and once more as channels on their way to the file.
 Status reserveImage(const View& view, bool glossy, Context& context) {
@@ -110,10 +109,7 @@ int runReference(const ReferenceArguments& arguments) {
   if (!exponent) return fail(exponent.error());
   if (Status ok = checkGloss(arguments.aov == "glossy", exponent->has_value(), arguments.sceneOptions.gloss); !ok)
     return fail(ok.error());
-  if (!isPng(arguments) && std::filesystem::path(arguments.output).extension() != ".exr") {
-    return fail(
-        {ErrorCode::usage, "-o: a name that ends in .exr or .png expected, \"" + arguments.output + "\" found"});
-  }
+  if (Status ok = checkImageName(arguments.output); !ok) return fail(ok.error());
   Terminal terminal(arguments.terminal);
   Context& context = terminal.context();
   CommandFiles files;
@@ -199,7 +195,8 @@ void addReferenceCommand(CLI::App& app, Action& action) {
                    "stops by which a PNG is brightened, -30..30, or auto: from the picture; above 1 clips")
       ->capture_default_str();
   command->add_flag("--half", a->half, "write 16-bit floats, except depth and position");
-  command->add_flag("--force", a->force, "write over a file that is something else than an image of that kind");
+  command->add_flag("--force", a->force,
+                    "write over a file that is something else than an image of that kind, or read-only");
   addTerminalOptions(*command, a->terminal);
   command->callback([a, &action] { action = [a] { return runReference(*a); }; });
 }

@@ -23,8 +23,9 @@ struct GarbageArguments {
 
 int runStore(const GarbageArguments& arguments) {
   if (isUrl(arguments.folder))
-    return fail({ErrorCode::usage, "relume store gc: a folder expected, \"" + arguments.folder +
-                                       "\" found; run it on the server, on the folder that it keeps files in"});
+    return fail({ErrorCode::usage,
+                 "relume store gc: a folder expected, a URL found; run it on the server, on the folder that "
+                 "it keeps files in"});
   const Result<GarbageReport> report = collectGarbage(arguments.folder, arguments.limit);
   if (!report) return fail(report.error());
   const auto mib = [](std::uint64_t bytes) { return static_cast<double>(bytes) / 1048576.0; };

@@ -2,6 +2,7 @@
 // See layer_files.h.
 #include "tools/cli/layer_files.h"
 
+#include "formats/file_io.h"
 #include "tools/base/shown_float.h"
 #include "tools/images/image_io.h"
 #include "tools/render/drive_scene.h"
@@ -40,7 +41,8 @@ void addPictureOptions(CLI::App& command, PictureOptions& options) {
   command.add_option("-o,--output", options.output, "image to write: .exr (linear, 32-bit) or .png (sRGB)")
       ->type_name("FILE")
       ->required();
-  command.add_flag("--force", options.force, "write over files that are something else than an image of that kind");
+  command.add_flag("--force", options.force,
+                   "write over files that are something else than an image of that kind, or read-only");
 }
 
 std::vector<std::filesystem::path> LayerFiles::paths() const {
@@ -76,7 +78,7 @@ void setView(const View& view, RenderRequest& request) {
 }
 
 Status checkImageName(const std::string& output) {
-  const std::string extension = std::filesystem::path(output).extension().string();
+  const std::string extension = lowerExtension(output);
   if (extension == ".exr" || extension == ".png") return done();
   return Error{ErrorCode::usage, "-o: a name that ends in .exr or .png expected, \"" + output + "\" found"};
 }

@@ -36,7 +36,7 @@ struct LayerFiles {
   std::vector<Aov> aovs;
   bool sideBySide = false;  // in one file, from left to right
 
-  bool isPng() const { return std::filesystem::path(output).extension() == ".png"; }
+  bool isPng() const { return imageKind(output) == FileKind::png; }
   bool areSeveral() const { return aovs.size() > 1 && !sideBySide; }
   // The name as it is, or with ".NAME" before the extension where there are several. [Size aovs, or 1]
   std::vector<std::filesystem::path> paths() const;

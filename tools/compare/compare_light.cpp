@@ -6,6 +6,7 @@
 #include "formats/sh.h"
 #include "relume/relighter.h"
 #include "tools/compare/compare_lightings.h"
+#include "tools/compare/compare_scene.h"
 #include "tools/render/context_threads.h"
 
 #include <glm/common.hpp>
@@ -16,6 +17,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 
 namespace relume {
 namespace {
@@ -68,8 +70,9 @@ Result<Relighter> makeRelighter(const Bake& bake, int bands, Context& context) {
   return Relighter::create(bake, options);
 }
 
-Status relight(const Bake& bake, Relighter& relighter, const Lighting& lighting) {
-  const std::vector<glm::vec3> emission = emissionOf(bake, lighting.emitters);
+Status relight(const Bake& bake, Relighter& relighter, const Lighting& lighting,
+               const std::vector<std::string>& emitters) {
+  const std::vector<glm::vec3> emission = emissionOf(bake, emitters);
   LightSetup setup;
   setup.lights = lighting.lights;
   setup.surfelEmission = emission;
@@ -149,6 +152,7 @@ LightingDifference compareLighting(const Lighting& lighting, const Bake& bakeA, 
                                    const std::vector<bool>& ignored) {
   LightingDifference d;
   d.name = lighting.name;
+  d.was = lighting.was;
   d.group = lighting.group;
   d.irradianceA = meansOf(bakeA, a);
   d.irradianceB = meansOf(bakeB, b);
@@ -204,20 +208,34 @@ bool hasNode(const Bake& bake, const std::string& name) {
                      [&](const BakedInstance& instance) { return instance.node == name; });
 }
 
+// Add a node of --ignore, and what A calls it where only B has that name: caches and receivers go by A's names.
+void addNode(const std::string& node, const Bake& a, const Bake& b, std::vector<std::string>& nodes) {
+  nodes.push_back(node);
+  if (hasNode(a, node) || !hasNode(b, node)) return;
+  const std::vector<std::optional<std::size_t>> before = answersOf(a.instances, b.instances);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (before[i] && b.instances[i].node == node) nodes.push_back(a.instances[*before[i]].node);
+  }
+}
+
 // Split --ignore into lightings, of which every name must mean something, and nodes, which other levels may have.
 Status applyIgnore(const LightIgnore& ignore, const Bake& a, const Bake& b, const std::vector<Lighting>& lightings,
                    std::vector<bool>& lightingOff, std::vector<std::string>& nodes, Context& context) {
   lightingOff.assign(lightings.size(), false);
   for (const std::string& name : ignore.names) {
     if (name.starts_with("node:")) {
-      nodes.push_back(name.substr(5));
-      if (!hasNode(a, nodes.back()) && !hasNode(b, nodes.back()))
-        context.message(Severity::warning, "--ignore: neither bake has a node \"" + nodes.back() + "\"");
+      const std::string node = name.substr(5);
+      if (node.empty())
+        return Error{ErrorCode::usage, "--ignore: expected the name of a node behind \"node:\"; found none"};
+      addNode(node, a, b, nodes);
+      if (!hasNode(a, node) && !hasNode(b, node))
+        context.message(Severity::warning, "--ignore: neither bake has a node \"" + node + "\"");
       continue;
     }
     bool found = name == "sky" || name == "suns" || name == "points" || name == "emitters";
     for (std::size_t i = 0; i < lightings.size(); ++i) {
-      if (lightings[i].name != name && lightings[i].group != name) continue;
+      const Lighting& l = lightings[i];
+      if (l.name != name && l.group != name && (l.was.empty() || "emitter " + l.was != name)) continue;
       lightingOff[i] = true;
       found = true;
     }
@@ -338,12 +356,15 @@ Result<LightDifference> compareLight(const Bake& a, const Bake& b, const Scene* 
   if (!relightersB) return relightersB.error();
   d.greatestChange.assign(d.match.pairs.size(), 0.0f);
   for (std::size_t i = 0; i < lightings.size(); ++i) {
-    for (const auto& [bake, relighters] : {std::pair{&a, &*relightersA}, std::pair{&b, &*relightersB}}) {
-      for (Relighter* relighter : {&relighters->caches, &relighters->receivers}) {
+    for (const bool second : {false, true}) {
+      TwoRelighters& relighters = second ? *relightersB : *relightersA;
+      for (Relighter* relighter : {&relighters.caches, &relighters.receivers}) {
         if (!context.progress("relight", static_cast<double>(i) / static_cast<double>(lightings.size())))
           context.cancel();
         if (context.cancelled()) return cancelledError();
-        if (const Status lit = relight(*bake, *relighter, lightings[i]); !lit) return lit.error();
+        const Status lit =
+            relight(second ? b : a, *relighter, lightings[i], second ? lightings[i].emittersB : lightings[i].emittersA);
+        if (!lit) return lit.error();
       }
     }
     const CacheReader readerA(a, relightersA->caches), readerB(b, relightersB->caches);

@@ -24,6 +24,7 @@ namespace relume {
 // irradiances along the six axes.
 struct LightingDifference {
   std::string name;                 // "sky", "sun 3", "point 5", "emitter lamp", "other emitters"
+  std::string was;                  // A's name of an emitting node that was renamed; else empty
   std::string group;                // "sky", "suns", "points", "emitters"
   bool counted = true;              // not left out by --ignore
   double rmse = 0.0;                // sqrt(sum |E_B - E_A|² / sum |E_A|²)
@@ -72,13 +73,14 @@ struct LightDifference {
   bool unmatched = false;  // fewer than half of A's caches have a partner, or none at all of either bake's
 };
 
-// What --ignore leaves out: "sky", "suns", "points", "emitters", a lighting's own name, or "node:NAME".
+// What --ignore leaves out: "sky", "suns", "points", "emitters", a lighting's own name, or "node:NAME". A node that was
+// renamed goes by either name.
 struct LightIgnore {
   std::vector<std::string> names;
 };
 
-// usage: an ignored lighting that there is not. Of a node that neither bake has a warning is all, for a CI's list may
-// be of many levels.
+// usage: an ignored lighting that there is not, or a node without a name. Of a node that neither bake has a warning is
+// all, for a CI's list may be of many levels.
 Status checkIgnore(const LightIgnore& ignore, const Bake& a, const Bake& b, Context& context);
 
 // Relight both. `scene` may be null (compare_receivers.h). Errors of Relighter::create(); those of

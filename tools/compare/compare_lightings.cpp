@@ -3,6 +3,7 @@
 #include "tools/compare/compare_lightings.h"
 
 #include "formats/color.h"
+#include "tools/compare/compare_scene.h"
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
@@ -11,7 +12,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
+#include <tuple>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -30,7 +34,7 @@ Lighting sun(std::size_t i) {
   light.kind = LightKind::directional;
   light.direction =
       -glm::vec3(std::cos(elevation) * std::cos(azimuth), std::sin(elevation), std::cos(elevation) * std::sin(azimuth));
-  return {"sun " + std::to_string(i + 1), "suns", {light}, false, {}};
+  return {"sun " + std::to_string(i + 1), "suns", {light}, false, {}, {}, ""};
 }
 
 // Where lights can hang: grid caches, which stand in free space; else a step off the surface caches.
@@ -93,21 +97,141 @@ std::vector<glm::vec3> spread(const Bake& bake, const std::vector<glm::vec3>& pl
   return chosen;
 }
 
-// Emitting nodes, by the power of either bake's surfels, the strongest first; ties by name.
-std::vector<std::string> emittersByPower(const Bake& a, const Bake& b) {
-  std::map<std::string, double> power;
-  for (const Bake* bake : {&a, &b}) {
-    std::map<std::string, double> own;
-    for (std::uint32_t i = 0; i < bake->surfels.count(); ++i) {
-      const double y = luminance(bake->surfels.emission[i]) * bake->surfels.areaEach;
-      if (y > 0.0) own[bake->instances[bake->surfels.instance[i]].node] += y;
+// A node that emits, from the surfels of it that do.
+struct Emitter {
+  std::string node;
+  double power = 0.0;      // luminance of emission, times area
+  double area = 0.0;       // [m²]
+  glm::dvec3 centre{0.0};  // [m] mean place, weighted by power
+  double extent = 0.0;     // [m] rms distance from it
+};
+
+std::vector<Emitter> emittersOf(const Bake& bake) {
+  const Surfels& s = bake.surfels;
+  std::map<std::string, Emitter> byNode;
+  const auto eachEmitting = [&](const auto& visit) {
+    for (std::uint32_t i = 0; i < s.count(); ++i) {
+      const double power = luminance(s.emission[i]) * s.areaEach;
+      if (power > 0.0) visit(byNode[bake.instances[s.instance[i]].node], glm::dvec3(s.positionWorld[i]), power);
     }
-    for (const auto& [node, y] : own) power[node] = std::max(power[node], y);
+  };
+  eachEmitting([&](Emitter& e, const glm::dvec3& p, double power) {
+    e.power += power;
+    e.area += s.areaEach;
+    e.centre += power * p;
+  });
+  for (auto& [node, e] : byNode) {
+    e.node = node;
+    e.centre /= e.power;
   }
-  std::vector<std::string> names;
-  for (const auto& [node, y] : power) names.push_back(node);
-  std::stable_sort(names.begin(), names.end(), [&](const auto& x, const auto& y) { return power[x] > power[y]; });
-  return names;
+  eachEmitting([](Emitter& e, const glm::dvec3& p, double power) {
+    e.extent += power / e.power * glm::dot(p - e.centre, p - e.centre);
+  });
+  std::vector<Emitter> list;
+  for (auto& [node, e] : byNode) {
+    e.extent = std::sqrt(e.extent);
+    list.push_back(std::move(e));
+  }
+  return list;
+}
+
+// How little two emitters look like one: the distance of their centres, in halves of their extent and a surfel's width,
+// and the ratios of area and power, in factors of two. Nothing when one of the three is above 1, which surfels placed
+// by another seed are not.
+std::optional<double> unlikeness(const Emitter& a, const Emitter& b, double surfelWidth) {
+  const double reach = 0.5 * std::max(a.extent, b.extent) + surfelWidth;
+  const double distance = glm::distance(a.centre, b.centre) / reach;
+  const double area = std::abs(std::log2(a.area / b.area)), power = std::abs(std::log2(a.power / b.power));
+  return distance <= 1.0 && area <= 1.0 && power <= 1.0 ? std::optional(distance + area + power) : std::nullopt;
+}
+
+// An emitter of either bake, or of both.
+struct EmitterPair {
+  const Emitter *a = nullptr, *b = nullptr;
+
+  const std::string& name() const { return b != nullptr ? b->node : a->node; }
+  double power() const { return std::max(a != nullptr ? a->power : 0.0, b != nullptr ? b->power : 0.0); }
+};
+
+// Pairs of emitters, each of which is in one pair.
+class EmitterMatch {
+ public:
+  EmitterMatch(const std::vector<Emitter>& a, const std::vector<Emitter>& b, double surfelWidth)
+      : a_(a), b_(b), takenA_(a.size(), false), takenB_(b.size(), false) {
+    // Of numbered nodes the place decides first.
+    takeByName(false);
+    takeByPlace(surfelWidth);
+    takeByName(true);
+    for (std::size_t i = 0; i < a_.size(); ++i) {
+      if (!takenA_[i]) pairs_.push_back({&a_[i], nullptr});
+    }
+    for (std::size_t i = 0; i < b_.size(); ++i) {
+      if (!takenB_[i]) pairs_.push_back({nullptr, &b_[i]});
+    }
+  }
+
+  const std::vector<EmitterPair>& pairs() const { return pairs_; }
+
+ private:
+  void take(std::size_t i, std::size_t k) {
+    if (takenA_[i] || takenB_[k]) return;
+    takenA_[i] = takenB_[k] = true;
+    pairs_.push_back({&a_[i], &b_[k]});
+  }
+
+  void takeByName(bool numbered) {
+    std::map<std::string, std::size_t> ofB;
+    for (std::size_t k = 0; k < b_.size(); ++k) ofB.emplace(b_[k].node, k);
+    for (std::size_t i = 0; i < a_.size(); ++i) {
+      const auto found = ofB.find(a_[i].node);
+      if (found != ofB.end() && isNumbered(a_[i].node) == numbered) take(i, found->second);
+    }
+  }
+
+  void takeByPlace(double surfelWidth) {
+    std::vector<std::tuple<double, std::size_t, std::size_t>> likely;
+    for (std::size_t i = 0; i < a_.size(); ++i) {
+      for (std::size_t k = 0; k < b_.size() && !takenA_[i]; ++k) {
+        if (takenB_[k]) continue;
+        if (const auto apart = unlikeness(a_[i], b_[k], surfelWidth)) likely.emplace_back(*apart, i, k);
+      }
+    }
+    std::ranges::sort(likely);
+    for (const auto& [apart, i, k] : likely) take(i, k);
+  }
+
+  const std::vector<Emitter>&a_, &b_;
+  std::vector<bool> takenA_, takenB_;
+  std::vector<EmitterPair> pairs_;
+};
+
+// Add the emitters to what a lighting switches on.
+void switchOn(const EmitterPair& pair, Lighting& lighting) {
+  if (pair.a != nullptr) lighting.emittersA.push_back(pair.a->node);
+  if (pair.b != nullptr) lighting.emittersB.push_back(pair.b->node);
+}
+
+// The strongest emitting nodes alone, ties by name, and the others together.
+void addEmitters(const Bake& a, const Bake& b, std::vector<Lighting>& list) {
+  const std::vector<Emitter> ofA = emittersOf(a), ofB = emittersOf(b);
+  const double surfelWidth = 2.0 * std::sqrt(std::max(a.surfels.areaEach, b.surfels.areaEach) / glm::pi<double>());
+  std::vector<EmitterPair> pairs = EmitterMatch(ofA, ofB, surfelWidth).pairs();
+  std::ranges::sort(pairs, [](const EmitterPair& x, const EmitterPair& y) {
+    return x.power() != y.power() ? x.power() > y.power() : x.name() < y.name();
+  });
+  Lighting others{"other emitters", "emitters", {}, false, {}, {}, ""};
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const EmitterPair& pair = pairs[i];
+    if (i >= kEmitters) {
+      switchOn(pair, others);
+      continue;
+    }
+    Lighting alone{"emitter " + pair.name(), "emitters", {}, false, {}, {}, ""};
+    if (pair.a != nullptr && pair.a->node != pair.name()) alone.was = pair.a->node;
+    switchOn(pair, alone);
+    list.push_back(std::move(alone));
+  }
+  if (pairs.size() > kEmitters) list.push_back(std::move(others));
 }
 
 }  // namespace
@@ -115,21 +239,17 @@ std::vector<std::string> emittersByPower(const Bake& a, const Bake& b) {
 std::vector<Lighting> makeLightings(const Bake& a, const Bake& b) {
   std::vector<Lighting> list;
   if (!a.hierarchy.skyDirection.empty() || !b.hierarchy.skyDirection.empty())
-    list.push_back({"sky", "sky", {}, true, {}});
+    list.push_back({"sky", "sky", {}, true, {}, {}, ""});
   for (std::size_t i = 0; i < kSuns; ++i) list.push_back(sun(i));
 
   const std::vector<glm::vec3> points = spread(a, freePlaces(a), kPoints);
   for (std::size_t i = 0; i < points.size(); ++i) {
     Light light;
     light.positionWorld = points[i];
-    list.push_back({"point " + std::to_string(i + 1), "points", {light}, false, {}});
+    list.push_back({"point " + std::to_string(i + 1), "points", {light}, false, {}, {}, ""});
   }
 
-  const std::vector<std::string> emitters = emittersByPower(a, b);
-  for (std::size_t i = 0; i < std::min(kEmitters, emitters.size()); ++i)
-    list.push_back({"emitter " + emitters[i], "emitters", {}, false, {emitters[i]}});
-  if (emitters.size() > kEmitters)
-    list.push_back({"other emitters", "emitters", {}, false, {emitters.begin() + kEmitters, emitters.end()}});
+  addEmitters(a, b, list);
   return list;
 }
 

@@ -68,6 +68,22 @@ std::string escaped(const std::string& text) {
 
 std::string textOf(const Json& value) { return escaped(reportText(value)); }
 
+// A list of names, or of bounds, which are called what the table above them calls them.
+std::string listText(const Json& names) {
+  static const std::map<std::string, std::string> kBounds = {
+      {"rmse", "relative RMSE of a lighting"},
+      {"cacheChange", "relative change of a cache"},
+      {"receiverChange", "relative change of what is read"},
+      {"unmatchedCaches", "fewer than half of A's caches have a partner in B"},
+      {"unmatchedParts", "fewer than half of A's parts can be compared with B's"}};
+  std::string text;
+  for (const Json& name : names) {
+    const auto bound = kBounds.find(reportText(name));
+    text += (text.empty() ? "" : ", ") + (bound != kBounds.end() ? bound->second : textOf(name));
+  }
+  return text;
+}
+
 std::string fixed(double value, int digits) { return printed("%.*f", digits, value); }
 
 std::string percent(const Json& value) { return fixed(100.0 * reportNumber(value), 2) + "&nbsp;%"; }
@@ -132,8 +148,8 @@ std::string verdictPanel(const Json& report) {
                 measure("greatest relative change of what a node's surfaces, or the air, read", "maxReceiverChange",
                         "maxReceiverChange") +
                 row({"greatest &Delta;E of a cache", fixed(reportNumber(light["maxDeltaE"]), 2), "none"}));
-  if (!verdict["exceeded"].empty()) body += "<p>Exceeded: " + textOf(verdict["exceeded"]) + "</p>";
-  if (!verdict["ignored"].empty()) body += "<p>Ignored: " + textOf(verdict["ignored"]) + "</p>";
+  if (!verdict["exceeded"].empty()) body += "<p>Exceeded: " + listText(verdict["exceeded"]) + "</p>";
+  if (!verdict["ignored"].empty()) body += "<p>Ignored: " + listText(verdict["ignored"]) + "</p>";
   const char* title = exceeded                            ? "<span class=\"bad\">EXCEEDED</span>"
                       : verdict["verdict"] == "no bounds" ? "Different; no bounds given"
                                                           : "<span class=\"good\">WITHIN BOUNDS</span>";
@@ -197,7 +213,7 @@ std::string lightPanel(const Json& light) {
   std::string rows =
       row({"lighting", "RMSE", "", "mean", "95&nbsp;%", "worst", "&Delta;E mean", "&Delta;E worst"}, "th");
   for (const Json& l : light["lightings"])
-    rows += row({textOf(l["name"]) + (l["counted"].get<bool>() ? "" : " (ignored)"), percent(l["rmse"]),
+    rows += row({escaped(lightingText(l)) + (l["counted"].get<bool>() ? "" : " (ignored)"), percent(l["rmse"]),
                  meter(reportNumber(l["rmse"]) / max), percent(l["change"]["mean"]), percent(l["change"]["p95"]),
                  percent(l["change"]["max"]), fixed(reportNumber(l["deltaE"]["mean"]), 2),
                  fixed(reportNumber(l["deltaE"]["max"]), 2)});
@@ -222,7 +238,7 @@ std::string receiversPanel(const Json& light) {
   const Json& r = light["receivers"];
   std::string rows = row({"lighting", "surfaces", "air"}, "th");
   for (const Json& l : light["lightings"])
-    rows += row({textOf(l["name"]) + (l["counted"].get<bool>() ? "" : " (ignored)"),
+    rows += row({escaped(lightingText(l)) + (l["counted"].get<bool>() ? "" : " (ignored)"),
                  percent(l["receivers"]["surfaces"]), percent(l["receivers"]["air"])});
   std::string groups = row({"node", "lighting", "receivers", "change"}, "th");
   for (std::size_t i = 0; i < std::min<std::size_t>(20, r["groups"].size()); ++i) {
@@ -252,9 +268,9 @@ std::string mapsPanel(const BakeFile& a, const BakeFile& b, const LightDifferenc
       "red = more light, full colour at &plusmn;" +
       fixed(100.0 * scale, 0) + "&nbsp;%; yellow = no cache of A stands there. Grey = no cache.</p>";
   for (const LightingDifference* l : order)
-    body += "<details" + std::string(l == order.front() ? " open" : "") + "><summary>" + escaped(l->name) + ", RMSE " +
-            percent(l->rmse) + "</summary><div class=\"grid\">" +
-            figure(drawLightmap(a.bake, l->irradianceA, l->white), "A") +
+    body += "<details" + std::string(l == order.front() ? " open" : "") + "><summary>" +
+            escaped(l->name + (l->was.empty() ? "" : ", was " + l->was)) + ", RMSE " + percent(l->rmse) +
+            "</summary><div class=\"grid\">" + figure(drawLightmap(a.bake, l->irradianceA, l->white), "A") +
             figure(drawLightmap(b.bake, l->irradianceB, l->white), "B") +
             figure(drawLightmapDifference(b.bake, light, *l, scale), "difference") + "</div></details>";
   return section("maps", "Light maps", body);

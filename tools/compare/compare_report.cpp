@@ -253,7 +253,7 @@ Json describeReceivers(const LightDifference& d) {
 
 Json describeLight(const LightDifference& d) {
   Json lightings = Json::array(), worst = Json::array(), nodes = Json::array();
-  for (const LightingDifference& l : d.lightings)
+  for (const LightingDifference& l : d.lightings) {
     lightings.push_back({{"name", l.name},
                          {"counted", l.counted},
                          {"rmse", l.rmse},
@@ -262,6 +262,8 @@ Json describeLight(const LightDifference& d) {
                          {"change", {{"mean", l.meanChange}, {"p95", l.p95Change}, {"max", l.maxChange}}},
                          {"deltaE", {{"mean", l.meanDeltaE}, {"p95", l.p95DeltaE}, {"max", l.maxDeltaE}}},
                          {"receivers", {{"surfaces", l.receivers.surfaces}, {"air", l.receivers.air}}}});
+    if (!l.was.empty()) lightings.back()["was"] = l.was;
+  }
   for (const WorstPlace& w : d.worst)
     worst.push_back({{"positionM", vec3(w.positionWorld)},
                      {"node", w.node},

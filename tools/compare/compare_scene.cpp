@@ -3,6 +3,8 @@
 #include "tools/compare/compare_scene.h"
 
 #include <map>
+#include <set>
+#include <string>
 #include <utility>
 
 namespace relume {
@@ -20,6 +22,12 @@ void compareOne(const BakedInstance& before, const BakedInstance& now, std::vect
   if (changes.size() == found) add(PartChange::Kind::settings);
 }
 
+std::set<std::string> nodesOf(std::span<const BakedInstance> parts) {
+  std::set<std::string> nodes;
+  for (const BakedInstance& part : parts) nodes.insert(part.node);
+  return nodes;
+}
+
 }  // namespace
 
 std::vector<PartKey> partKeys(std::span<const BakedInstance> parts) {
@@ -29,12 +37,60 @@ std::vector<PartKey> partKeys(std::span<const BakedInstance> parts) {
   return keys;
 }
 
+bool isNumbered(const std::string& node) { return node.starts_with("unnamed node "); }
+
+std::vector<std::optional<std::size_t>> answersOf(std::span<const BakedInstance> before,
+                                                  std::span<const BakedInstance> now) {
+  const std::vector<PartKey> keysBefore = partKeys(before), keysNow = partKeys(now);
+  std::map<PartKey, std::size_t> byKey;
+  for (std::size_t i = 0; i < before.size(); ++i) byKey.emplace(keysBefore[i], i);
+  std::vector<std::optional<std::size_t>> answers(now.size());
+  std::vector<bool> isTaken(before.size(), false);
+  const auto take = [&](std::size_t i, std::size_t k) {
+    answers[i] = k;
+    isTaken[k] = true;
+  };
+  const auto takeByKey = [&](bool numbered) {
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      if (answers[i] || isNumbered(now[i].node) != numbered) continue;
+      const auto found = byKey.find(keysNow[i]);
+      if (found != byKey.end() && !isTaken[found->second]) take(i, found->second);
+    }
+  };
+  takeByKey(false);
+  // What is left over, by mesh and place, the first first. A name that the other side has as well was not given anew.
+  const std::set<std::string> namesBefore = nodesOf(before), namesNow = nodesOf(now);
+  const auto isRenamed = [&](const std::string& then, const std::string& node) {
+    return then == node ||
+           ((isNumbered(then) || !namesNow.contains(then)) && (isNumbered(node) || !namesBefore.contains(node)));
+  };
+  using Place = std::pair<std::uint64_t, std::uint64_t>;
+  const auto placeOf = [](const BakedInstance& part) { return Place(part.geometryHash, part.transformHash); };
+  std::set<std::pair<Place, std::size_t>> byPlace;
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    if (!isTaken[k]) byPlace.emplace(placeOf(before[k]), k);
+  }
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    if (answers[i]) continue;
+    auto found = byPlace.lower_bound({placeOf(now[i]), 0});
+    const auto isThere = [&] { return found != byPlace.end() && found->first == placeOf(now[i]); };
+    while (isThere() && !isRenamed(before[found->second].node, now[i].node)) ++found;
+    if (!isThere()) continue;
+    take(i, found->second);
+    byPlace.erase(found);
+  }
+  takeByKey(true);
+  return answers;
+}
+
 const char* toString(PartChange::Kind kind) {
   switch (kind) {
     case PartChange::Kind::added:
       return "added";
     case PartChange::Kind::removed:
       return "removed";
+    case PartChange::Kind::renamed:
+      return "renamed";
     case PartChange::Kind::moved:
       return "moved";
     case PartChange::Kind::reshaped:
@@ -55,6 +111,9 @@ std::string toString(const PartChange& c) {
       return node + " added";
     case PartChange::Kind::removed:
       return node + " removed";
+    case PartChange::Kind::renamed:
+      return c.nodeBefore == c.node ? node + ": mesh was \"" + c.meshBefore + "\", is \"" + c.mesh + "\""
+                                    : node + " was \"" + c.nodeBefore + "\"";
     case PartChange::Kind::moved:
       return node + " moved";
     case PartChange::Kind::reshaped:
@@ -70,21 +129,22 @@ std::string toString(const PartChange& c) {
 }
 
 std::vector<PartChange> compareParts(std::span<const BakedInstance> before, std::span<const BakedInstance> now) {
-  const std::vector<PartKey> keysBefore = partKeys(before), keysNow = partKeys(now);
-  std::map<PartKey, std::size_t> at;
-  for (std::size_t i = 0; i < before.size(); ++i) at.emplace(keysBefore[i], i);
+  const std::vector<std::optional<std::size_t>> answers = answersOf(before, now);
+  std::vector<bool> isKept(before.size(), false);
   std::vector<PartChange> changes;
   for (std::size_t i = 0; i < now.size(); ++i) {
-    const auto found = at.find(keysNow[i]);
-    if (found == at.end()) {
+    if (!answers[i]) {
       changes.push_back({PartChange::Kind::added, now[i].node, now[i].mesh, "", now[i].material});
       continue;
     }
-    compareOne(before[found->second], now[i], changes);
-    at.erase(found);
+    const BakedInstance& then = before[*answers[i]];
+    isKept[*answers[i]] = true;
+    if (then.node != now[i].node || then.mesh != now[i].mesh)
+      changes.push_back({PartChange::Kind::renamed, now[i].node, now[i].mesh, "", "", then.node, then.mesh});
+    compareOne(then, now[i], changes);
   }
   for (std::size_t i = 0; i < before.size(); ++i) {
-    if (at.contains(keysBefore[i]))
+    if (!isKept[i])
       changes.push_back({PartChange::Kind::removed, before[i].node, before[i].mesh, before[i].material, ""});
   }
   return changes;

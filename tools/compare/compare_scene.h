@@ -6,6 +6,8 @@
 #include "relume/bake_data.h"
 
 #include <cstddef>
+#include <optional>
+#include <span>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -16,18 +18,27 @@ namespace relume {
 using PartKey = std::tuple<std::string, std::string, std::size_t>;
 std::vector<PartKey> partKeys(std::span<const BakedInstance> parts);  // [Size parts]
 
+// Whether a node has no name of its own but the importer's number, which shifts when another is put before it.
+bool isNumbered(const std::string& node);
+
+// Which part of `before` each part of `now` is: the one with its key; of those left over the first that has its mesh
+// where it has it, so that a node or a mesh may get a name that was not there. Numbered nodes go by place first, then
+// by key. Nothing for a part that is new. [Size now]
+std::vector<std::optional<std::size_t>> answersOf(std::span<const BakedInstance> before,
+                                                  std::span<const BakedInstance> now);
+
 struct PartChange {
-  enum class Kind { added, removed, moved, reshaped, rematerialled, settings };
+  enum class Kind { added, removed, renamed, moved, reshaped, rematerialled, settings };
   Kind kind;
   std::string node, mesh;
   std::string materialBefore, materialNow;  // of kind rematerialled; the same name = its values or texels changed
+  std::string nodeBefore{}, meshBefore{};   // of kind renamed
 };
 
 const char* toString(PartChange::Kind kind);
 std::string toString(const PartChange& change);  // node "Pillar_03" moved
 
-// In the order of `now`, then what was removed. Parts are the same when their keys are. One part may change in several
-// ways.
+// In the order of `now`, then what was removed. Parts are the same by answersOf(). One part may change in several ways.
 std::vector<PartChange> compareParts(std::span<const BakedInstance> before, std::span<const BakedInstance> now);
 
 }  // namespace relume

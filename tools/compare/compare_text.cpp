@@ -85,7 +85,7 @@ void printLight(std::string& text, const Json& light) {
   line(text, "  %-28s %9s %9s %9s %9s %9s %9s", "lighting", "rmse", "mean", "95 %", "worst", "dE mean", "dE worst");
   for (const Json& l : light["lightings"]) {
     const Json &c = l["change"], &e = l["deltaE"];
-    line(text, "  %-28s %8.2f%% %8.2f%% %8.2f%% %8.2f%% %9.2f %9.2f%s", reportText(l["name"]).c_str(),
+    line(text, "  %-28s %8.2f%% %8.2f%% %8.2f%% %8.2f%% %9.2f %9.2f%s", lightingText(l).c_str(),
          100 * reportNumber(l["rmse"]), 100 * reportNumber(c["mean"]), 100 * reportNumber(c["p95"]),
          100 * reportNumber(c["max"]), reportNumber(e["mean"]), reportNumber(e["max"]),
          l["counted"].get<bool>() ? "" : "  (ignored)");
@@ -111,9 +111,8 @@ void printReceivers(std::string& text, const Json& light) {
          "compare one packed with --keep-coordinates");
   line(text, "  %-28s %9s %9s", "lighting", "surfaces", "air");
   for (const Json& l : light["lightings"])
-    line(text, "  %-28s %8.2f%% %8.2f%%%s", reportText(l["name"]).c_str(),
-         100 * reportNumber(l["receivers"]["surfaces"]), 100 * reportNumber(l["receivers"]["air"]),
-         l["counted"].get<bool>() ? "" : "  (ignored)");
+    line(text, "  %-28s %8.2f%% %8.2f%%%s", lightingText(l).c_str(), 100 * reportNumber(l["receivers"]["surfaces"]),
+         100 * reportNumber(l["receivers"]["air"]), l["counted"].get<bool>() ? "" : "  (ignored)");
   constexpr std::size_t kShown = 10;
   for (std::size_t i = 0; i < std::min(kShown, r["groups"].size()); ++i) {
     const Json& g = r["groups"][i];
@@ -150,6 +149,11 @@ void printVerdict(std::string& text, const Json& light, const Json& verdict) {
 
 std::string reportText(const Json& value) {
   return value.is_string() ? value.get<std::string>() : value.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string lightingText(const Json& lighting) {
+  const std::string name = reportText(lighting["name"]);
+  return lighting.contains("was") ? name + ", was " + reportText(lighting["was"]) : name;
 }
 
 double reportNumber(const Json& value) { return value.is_number() ? value.get<double>() : 0.0; }

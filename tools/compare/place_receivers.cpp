@@ -159,28 +159,26 @@ class Placer {
   }
 
   void pairParts() {
-    const PartIndex ofB = indexParts(b_.instances);
+    const std::vector<std::optional<std::size_t>> answers = answersOf(a_.instances, b_.instances);
+    const std::vector<PartKey> keysB = partKeys(b_.instances);
     const std::vector<BakedInstance> now = scene_ ? describeInstances(*scene_) : std::vector<BakedInstance>{};
     const PartIndex ofScene = indexParts(now);
     const auto& partsA = a_.caches.lightmap.parts;
     const auto& partsB = b_.caches.lightmap.parts;
     std::uint32_t found = 0, notInScene = 0;
-    for (const auto& [key, i] : indexParts(a_.instances)) {
-      const auto other = ofB.find(key);
-      if (other == ofB.end()) {
-        ++out_.partsOnlyInA;
-        continue;
-      }
+    for (std::uint32_t k = 0; k < answers.size(); ++k) {
+      if (!answers[k]) continue;
+      const auto i = static_cast<std::uint32_t>(*answers[k]);
       ++found;
-      const BakedInstance &before = a_.instances[i], &after = b_.instances[other->second];
+      const BakedInstance &before = a_.instances[i], &after = b_.instances[k];
       const std::uint32_t countA = i < partsA.size() ? partsA[i].triangleCount : 0;
-      const std::uint32_t countB = other->second < partsB.size() ? partsB[other->second].triangleCount : 0;
-      Pair pair{i, other->second};
+      const std::uint32_t countB = k < partsB.size() ? partsB[k].triangleCount : 0;
+      Pair pair{i, k};
       pair.triangles = std::max(countA, countB);
       pair.still = before.geometryHash == after.geometryHash && before.transformHash == after.transformHash;
       bool same = sameTriangles(before.geometryHash, countA, after.geometryHash, countB);
       if (scene_) {
-        const auto instance = ofScene.find(key);
+        const auto instance = ofScene.find(keysB[k]);
         if (instance == ofScene.end()) {
           ++notInScene;
           continue;
@@ -198,6 +196,7 @@ class Placer {
       else
         ++out_.partsReshaped;
     }
+    out_.partsOnlyInA = static_cast<std::uint32_t>(a_.instances.size()) - found;
     out_.partsOnlyInB = static_cast<std::uint32_t>(b_.instances.size()) - found;
     out_.partsMatched = static_cast<std::uint32_t>(pairs_.size());
     out_.unmatched = 2 * (std::size_t{out_.partsOnlyInA} + out_.partsReshaped + notInScene) > a_.instances.size();

@@ -13,13 +13,15 @@
 namespace relume {
 namespace {
 
-// Whether more than half of either level's parts are not in the other.
+// Whether more than half of either level's parts are not in the other by their names.
 bool isAnotherLevel(const std::vector<PartChange>& changes, std::size_t before, std::size_t now) {
   const auto count = [&](PartChange::Kind kind) {
     return static_cast<std::size_t>(
         std::count_if(changes.begin(), changes.end(), [&](const PartChange& c) { return c.kind == kind; }));
   };
-  return 2 * count(PartChange::Kind::removed) > before || 2 * count(PartChange::Kind::added) > now;
+  const std::size_t renamed = count(PartChange::Kind::renamed);
+  return 2 * (count(PartChange::Kind::removed) + renamed) > before ||
+         2 * (count(PartChange::Kind::added) + renamed) > now;
 }
 
 std::string anotherLevel(std::span<const BakedInstance> before, std::span<const BakedInstance> now) {

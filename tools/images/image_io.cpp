@@ -255,7 +255,7 @@ std::vector<std::byte> encodePng(std::uint32_t width, std::uint32_t height, std:
 
 Status writeImage(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
                   std::span<const glm::vec3> pixels, float exposure) {
-  const std::string extension = path.extension().string();
+  const std::string extension = lowerExtension(path);
   if (extension == ".png") return writePng(path, width, height, pixels, exposure);
   if (extension != ".exr") {
     return Error{ErrorCode::usage, "\"" + path.string() + "\": the extension must be .exr or .png"};

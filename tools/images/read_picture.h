@@ -13,7 +13,7 @@ namespace relume {
 struct PictureFile {
   Picture picture;
   bool png = false;      // 8-bit sRGB, for eyes: values end at 1
-  std::string channels;  // "R,G,B", or "DiffDir+DiffInd", ...
+  std::string channels;  // "R,G,B", or the layers asked for: "DiffDir+DiffInd", ...; "sRGB" of a PNG
   std::string layers;    // "DiffDir, DiffInd": all that the file has beside R, G, B; empty: none
 };
 

@@ -130,7 +130,8 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
       app.add_option("-o,--output", o.output,
                      "folder of the headless frames; of the window's screenshots and films: default .")
           ->type_name("FOLDER");
-  app.add_flag("--force", o.force, "let the frames write over files that are no PNG images")->needs(headless);
+  app.add_flag("--force", o.force, "let the frames write over files that are no PNG images, or read-only")
+      ->needs(headless);
   headless->needs(output);
   // The build calls this for what is installed; --help does not list it.
   if (argc == 3 && std::string_view(argv[1]) == "--pages") {

@@ -4,8 +4,7 @@
 
 #include "relume/links.h"
 #include "relume/result.h"
-
-#include <glm/vec3.hpp>
+#include "relume/vectors.h"
 
 #include <cstdint>
 #include <string>
