@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace relume::cpu {
 namespace {
@@ -89,7 +90,7 @@ void PullTree::pull(const LightSurfelsKernel& kernel, std::span<std::uint32_t> n
         pullNodes(kernel, node, bound_[part * below + level], bound_[(part + 1) * below + level]);
       }
     };
-    runTasks(parallelFor, parts_, pullPart);
+    runTasks(parallelFor, parts_, std::cref(pullPart));
   }
   for (std::uint32_t level = inParts ? cut_ : levels; level-- > 0;) {
     pullNodes(kernel, node, innerBegin_[level], innerBegin_[level + 1]);

@@ -5,28 +5,13 @@
 #include "relume/relighter.h"
 
 #include <algorithm>
-#include <atomic>
-#include <exception>
 #include <functional>
 
 namespace relume {
 
 // Run body(0) .. body(tasks - 1) by `parallelFor`, which is not empty. What a body throws would end the threads of most
 // job systems, and the program with them: the first exception is thrown here, when all tasks have ended.
-template <class Body>
-void runTasks(const ParallelFor& parallelFor, std::uint32_t tasks, const Body& body) {
-  std::atomic_flag threw;
-  std::exception_ptr first;
-  const auto task = [&](std::uint32_t i) {
-    try {
-      body(i);
-    } catch (...) {
-      if (!threw.test_and_set()) first = std::current_exception();
-    }
-  };
-  parallelFor(tasks, std::cref(task));  // by reference: std::function allocates nothing
-  if (first) std::rethrow_exception(first);
-}
+void runTasks(const ParallelFor& parallelFor, std::uint32_t tasks, const std::function<void(std::uint32_t)>& body);
 
 // Run body(begin, end) over [0, count) in chunks of `grain`; on the calling thread when there is one chunk or no
 // ParallelFor.
@@ -35,7 +20,7 @@ void forChunks(const ParallelFor& parallelFor, std::uint32_t count, std::uint32_
   const std::uint32_t chunks = (count + grain - 1) / grain;
   const auto chunk = [&](std::uint32_t i) { body(i * grain, std::min(count, (i + 1) * grain)); };
   if (parallelFor && chunks > 1) {
-    runTasks(parallelFor, chunks, chunk);
+    runTasks(parallelFor, chunks, std::cref(chunk));  // by reference: std::function allocates nothing
   } else {
     for (std::uint32_t i = 0; i < chunks; ++i) chunk(i);
   }
