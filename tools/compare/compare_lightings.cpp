@@ -138,9 +138,9 @@ std::vector<Emitter> emittersOf(const Bake& bake) {
 // How little two emitters look like one: the distance of their centres, in halves of their extent and a surfel's width,
 // and the ratios of area and power, in factors of two. Nothing when one of the three is above 1, which surfels placed
 // by another seed are not.
+double reachOf(double extent, double surfelWidth) { return 0.5 * extent + surfelWidth; }
 std::optional<double> unlikeness(const Emitter& a, const Emitter& b, double surfelWidth) {
-  const double reach = 0.5 * std::max(a.extent, b.extent) + surfelWidth;
-  const double distance = glm::distance(a.centre, b.centre) / reach;
+  const double distance = glm::distance(a.centre, b.centre) / reachOf(std::max(a.extent, b.extent), surfelWidth);
   const double area = std::abs(std::log2(a.area / b.area)), power = std::abs(std::log2(a.power / b.power));
   return distance <= 1.0 && area <= 1.0 && power <= 1.0 ? std::optional(distance + area + power) : std::nullopt;
 }
@@ -189,11 +189,23 @@ class EmitterMatch {
   }
 
   void takeByPlace(double surfelWidth) {
+    // Left over of B, from one side of the level to the other, so that only those near by are looked at.
+    std::vector<std::size_t> left;
+    double extent = 0.0;
+    for (std::size_t k = 0; k < b_.size(); ++k) {
+      if (takenB_[k]) continue;
+      left.push_back(k);
+      extent = std::max(extent, b_[k].extent);
+    }
+    const auto alongX = [this](std::size_t k) { return b_[k].centre.x; };
+    std::ranges::sort(left, {}, alongX);
     std::vector<std::tuple<double, std::size_t, std::size_t>> likely;
     for (std::size_t i = 0; i < a_.size(); ++i) {
-      for (std::size_t k = 0; k < b_.size() && !takenA_[i]; ++k) {
-        if (takenB_[k]) continue;
-        if (const auto apart = unlikeness(a_[i], b_[k], surfelWidth)) likely.emplace_back(*apart, i, k);
+      if (takenA_[i]) continue;
+      const double reach = reachOf(std::max(a_[i].extent, extent), surfelWidth), x = a_[i].centre.x;
+      for (auto k = std::ranges::lower_bound(left, x - reach, {}, alongX); k != left.end() && alongX(*k) <= x + reach;
+           ++k) {
+        if (const auto apart = unlikeness(a_[i], b_[*k], surfelWidth)) likely.emplace_back(*apart, i, *k);
       }
     }
     std::ranges::sort(likely);
