@@ -61,6 +61,7 @@ TEST_F(Bench, measuresLightWithoutABake) {
   const std::string page = readAll(folder_ / "live.md");
   for (const char* words : {"## Light without a bake", "| voxelise |", "| **frame after an edit** |", "| **all** |"})
     EXPECT_NE(page.find(words), std::string::npos) << words << " in " << page;
+  EXPECT_EQ(page.find("eye"), std::string::npos) << "one volume follows none";
   EXPECT_EQ(run({kLevel, "--live", "--surfels", "1000"}).status, 1);
   EXPECT_EQ(run({kLevel, "--live-cells", "16"}).status, 1);
 }

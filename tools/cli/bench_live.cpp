@@ -228,11 +228,13 @@ std::string toMarkdown(const LiveFigures& figures) {
   text += tableHead(titles);
   for (const auto& [pass, title] : kLivePasses) {
     std::vector<std::string> cells{title};
+    bool measured = false;  // no eye moves in one volume
     for (const RelightTimes& times : figures.times) {
       const PassFigures* found = findPass(times, pass);
+      measured |= found != nullptr;
       cells.push_back(found ? tableNumber(found->medianMs) + " (" + tableNumber(found->minMs) + ")" : "–");
     }
-    text += tableRow(cells);
+    if (measured) text += tableRow(cells);
   }
   text += "\n" + tableHead({"buffer", "MiB"});
   const auto list = [&](const RelightTimes& times, const std::string& prefix, const char* all) {
