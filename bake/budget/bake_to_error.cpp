@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -19,13 +18,11 @@ namespace {
 
 // The error that the noise of a certificate alone would look like: the root of the middle light's standard error.
 double noiseOf(const Certificate& certificate) {
-  std::vector<std::size_t> order(certificate.squaredError.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return certificate.squaredError[a] < certificate.squaredError[b];
-  });
-  const auto deviation = [&](std::size_t rank) { return static_cast<double>(certificate.standardError[order[rank]]); };
-  return std::sqrt(0.5 * (deviation((order.size() - 1) / 2) + deviation(order.size() / 2)));
+  std::vector<std::pair<float, float>> lights;  // squared error and its standard error
+  for (std::size_t i = 0; i < certificate.squaredError.size(); ++i)
+    lights.emplace_back(certificate.squaredError[i], certificate.standardError[i]);
+  std::sort(lights.begin(), lights.end());
+  return std::sqrt(0.5 * (lights[(lights.size() - 1) / 2].second + lights[lights.size() / 2].second));
 }
 
 // An error of which the certificate can only say that it is small meets any bound.

@@ -3,8 +3,8 @@
 #include "bake/store/directory_store.h"
 #include "bake/store/http_store.h"
 
-#include <algorithm>
-#include <string_view>
+#include <strings.h>
+
 #include <system_error>
 
 namespace relume {
@@ -13,12 +13,8 @@ Store::~Store() = default;
 
 // A URL that lost a slash is no folder: its password would become one's name.
 bool isUrl(const std::string& where) {
-  const auto beginsWith = [&](std::string_view scheme) {
-    return where.size() >= scheme.size() && std::equal(scheme.begin(), scheme.end(), where.begin(), [](char a, char b) {
-             return a == b || (b >= 'A' && b <= 'Z' && a == b - 'A' + 'a');
-           });
-  };
-  return where.find("://") != std::string::npos || beginsWith("http:") || beginsWith("https:");
+  return where.find("://") != std::string::npos || ::strncasecmp(where.c_str(), "http:", 5) == 0 ||
+         ::strncasecmp(where.c_str(), "https:", 6) == 0;
 }
 
 Result<std::unique_ptr<Store>> openStore(const std::string& where, std::function<bool()> cancelled) {
