@@ -94,6 +94,8 @@ Result<PlacedLevel> placeLevel(const Scene& scene, const BakeOptions& options, c
     });
   });
   if (!hierarchy) return hierarchy.error();
+  placed->surfels.normal = litNormals(scene, placed->seeds, context);
+  if (context.cancelled()) return cancelledError();
 
   // 2. Receivers: where light is gathered (PIC 4.4)
   auto caches = stages.placeCaches(*tracer, *space, context);

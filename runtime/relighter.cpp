@@ -184,6 +184,7 @@ Status Relighter::relight(const LightSetup& setup) {
   const bool handsOver = setup.bounceScale > 0.0f && !state_->inherited.radiance.empty();
   if (handsOver) {
     applied.surfelEmission = state_->inherited.radiance;
+    applied.bounceScale = 0.0f;  // what was handed over has the last bounce in it
     if (Status ok = state_->backend->checkTextures(applied); !ok) return ok;
   }
   // Take all memory before any light changes.

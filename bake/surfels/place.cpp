@@ -2,6 +2,7 @@
 // The surfels' stage (PIC 4.2): candidates spread by area, one of three placements, the map from hits to surfels, and
 // albedo and emission integrated over what each surfel stands for.
 #include "bake/base/ladder.h"
+#include "bake/base/parallel.h"
 #include "bake/surfels/eliminate.h"
 #include "bake/surfels/emitter_footprints.h"
 #include "bake/surfels/footprint.h"
@@ -24,6 +25,7 @@ constexpr std::uint32_t kMaxSurfels = 1u << 24;
 constexpr std::uint32_t kEmitterSurfels = 16;      // each emitter gets at least so many, where the count allows
 constexpr std::size_t kManyCandidates = 1u << 25;  // with more, fewer candidates per surfel are enough
 constexpr std::size_t kFootprintSamples = 8;       // per surfel
+constexpr std::size_t kSeedsPerChunk = 4096;
 constexpr int kMaxRedraws = 4;
 constexpr double kSpacings = 16.0;  // in an octave
 constexpr std::size_t kMaxRedrawn =
@@ -208,6 +210,17 @@ Result<PlacedSurfels> placeSurfels(const RayTracer& tracer, const PlaySpace& pla
   result.statistics = measure(*placed, sampler, playSpace.total, surfels.areaEach, spacing, context);
   if (context.cancelled()) return cancelledError();
   return result;
+}
+
+std::vector<glm::vec3> litNormals(const Scene& scene, std::span<const SurfelSeed> seeds, Context& context) {
+  std::vector<glm::vec3> normals(seeds.size());
+  parallelChunks(context, "", seeds.size(), kSeedsPerChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const glm::vec3 front = shadingNormal(scene, seeds[i].point);
+      normals[i] = seeds[i].side % 2 == 0 ? front : -front;
+    }
+  });
+  return normals;
 }
 
 }  // namespace relume

@@ -18,6 +18,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace relume {
@@ -131,5 +132,10 @@ inline constexpr double kManyLookups = std::numeric_limits<double>::infinity();
 // lookups: about how often later stages ask the map (buildSurfelMap() in surfel_map.h).
 Result<PlacedSurfels> placeSurfels(const RayTracer& tracer, const PlaySpace& playSpace, const SurfelOptions& options,
                                    std::uint64_t seed, Context& context, double lookups = kManyLookups);
+
+// The normals that surfels are lit by: shading normals where they stand, so that what is smooth is lit as it is drawn.
+// What goes by planes, such as clusters and the points that surfels read, has the geometric normals of seeds.
+// [Size of seeds]
+std::vector<glm::vec3> litNormals(const Scene& scene, std::span<const SurfelSeed> seeds, Context& context);
 
 }  // namespace relume

@@ -16,7 +16,7 @@ inline constexpr std::uint32_t kGridReceiver = 0xFFFFFFFFu;
 // Structure of arrays, all [Size n_S]. Invariants: normals are unit, albedo is in [0,1], emission is finite and >= 0.
 struct Surfels {
   Array<glm::vec3> positionWorld;  // [m] centre
-  Array<glm::vec3> normal;         // unit, away from the surface's lit side
+  Array<glm::vec3> normal;         // unit, away from the lit side: the shading normal where the surfel stands
   Array<glm::vec3> albedo;         // [0..1] mean over the surfel's footprint, linear
   Array<glm::vec3> emission;       // [W/m²/sr] mean emitted radiance over the footprint
   Array<std::uint32_t> receiver;   // light-map point (packUnorm16x2) where the surfel reads its own irradiance for the

@@ -52,15 +52,17 @@ inline glm::vec3 radiance(const TracedLevel& level, glm::vec3 origin, glm::vec3 
     const SurfacePoint p = hit.point();
     const Instance& instance = level.scene.instances[p.instance];
     const auto c = level.scene.corners(instance, p.triangle);
-    glm::vec3 n = geometricNormal(level.scene, p);
+    glm::vec3 n = geometricNormal(level.scene, p), shading = shadingNormal(level.scene, p);
     if (level.emissive && (!hit.back || level.scene.bothSides(instance, p.triangle)))
       sum += throughput * emissionAt(level.scene, p);
-    if (hit.back) n = -n;
+    if (hit.back) n = -n, shading = -shading;
     origin = c[0] + (c[1] - c[0]) * p.barycentric.x + (c[2] - c[0]) * p.barycentric.y;
     origin += n * level.tracer.epsilonAt(origin);
     throughput *= albedoAt(level.scene, p);
-    if (!level.lights.empty()) sum += throughput / kPathPi * directIrradiance(level.tracer, level.lights, origin, n);
-    direction = cosineDirection(n, random.uniform2());
+    if (!level.lights.empty())
+      sum += throughput / kPathPi * directIrradiance(level.tracer, level.lights, origin, shading);
+    direction = cosineDirection(shading, random.uniform2());
+    if (!(glm::dot(direction, n) > 0.0f)) break;
     if (bounce > 3) {
       const float keep = std::min(0.9f, std::max({throughput.x, throughput.y, throughput.z}));
       if (random.uniform() >= keep) break;

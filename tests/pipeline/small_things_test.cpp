@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Light on what levels are made of, against path-traced irradiance: corners where closed two-sided pieces meet, and a
-// small smooth ball.
+// small smooth ball, and facets that are shaded smooth.
 #include "bake/base/parallel.h"
 #include "bake/import/find_solids.h"
 #include "relume/bake/bake.h"
@@ -172,6 +172,47 @@ TEST(SmallThings, aSmallBallIsLitAsTheTruthSays) {
   const test::TracedError error = test::errorOf(smooth.truth, smooth.found);
   EXPECT_LT(error.rmse, 0.05);
   EXPECT_NEAR(error.energy, 1.0, 0.03);
+}
+
+// Rocks in the room, of steep facets that are shaded as one smooth surface, under a spot that lights nothing else: all
+// light at the ceiling is theirs.
+TEST(SmallThings, facetsThatAreShadedSmoothSendTheLightOfSmoothSurfaces) {
+  Scene scene = kitRoom(false);
+  constexpr int kAcross = 16;
+  constexpr float kSize = 2.4f, kStep = kSize / kAcross;
+  RandomStream random(3, 0x726f636b, 0);
+  std::vector<glm::vec3> point;
+  for (int i = 0; i <= kAcross; ++i) {
+    for (int k = 0; k <= kAcross; ++k)
+      point.push_back({0.8f + kStep * static_cast<float>(i), 0.1f + 1.2f * kStep * random.uniform(),
+                       0.8f + kStep * static_cast<float>(k)});
+  }
+  Mesh rocks;
+  rocks.material = 0;
+  rocks.position = point;
+  rocks.normal.assign(point.size(), glm::vec3(0, 1, 0));
+  const auto at = [](int i, int k) { return static_cast<std::uint32_t>(i * (kAcross + 1) + k); };
+  for (int i = 0; i < kAcross; ++i) {
+    for (int k = 0; k < kAcross; ++k) {
+      rocks.triangle.emplace_back(at(i, k), at(i, k + 1), at(i + 1, k + 1));
+      rocks.triangle.emplace_back(at(i, k), at(i + 1, k + 1), at(i + 1, k));
+    }
+  }
+  addInstance(scene, std::move(rocks), "rocks");
+  SceneLight& spot = scene.lights[0];
+  spot.kind = LightKind::spot;
+  spot.positionWorld = kMiddle + glm::vec3(0.0f, 1.2f, 0.0f);
+  spot.direction = {0, -1, 0};
+  spot.outerConeRad = 0.4f;
+  std::vector<Ray> rays;
+  for (int i = 0; i < 12; ++i) {
+    for (int k = 0; k < 12; ++k)
+      rays.push_back(
+          {{0.3f * static_cast<float>(i) + 0.35f, 2.5f, 0.3f * static_cast<float>(k) + 0.35f}, 0.0f, {0, 1, 0}});
+  }
+  const Compared ceiling = compare(scene, rays, 512);
+  ASSERT_EQ(ceiling.found.size(), rays.size());
+  EXPECT_NEAR(test::errorOf(ceiling.truth, ceiling.found).energy, 1.0, 0.02);
 }
 
 }  // namespace

@@ -106,6 +106,37 @@ TEST(PlaceSurfels, surfelsLieOnTheirTriangleAndFaceItsSide) {
   }
 }
 
+// A plane whose corners have the normals of a dome.
+TEST(PlaceSurfels, smoothSurfacesAreLitByTheirShadingNormals) {
+  Context context;
+  Level level = room();
+  level.begin("dome");
+  level.addRectangle({2, 1, 2}, {0, 0, 1}, {1, 0, 0});
+  Mesh& dome = level.scene().meshes.back();
+  for (const glm::vec3& p : dome.position) dome.normal.push_back(glm::normalize(p - glm::vec3(2.5f, 0.5f, 2.5f)));
+  const RayTracer tracer = level.tracer(context);
+  const auto placed = placeSurfels(tracer, level.bothSides(), optionsFor(Placement::eliminated, 3000), 1, context);
+  ASSERT_TRUE(placed);
+  const std::vector<glm::vec3> lit = litNormals(level.scene(), placed->seeds, context);
+  ASSERT_EQ(lit.size(), placed->seeds.size());
+  std::array<int, 2> onDome = {};
+  for (std::size_t i = 0; i < lit.size(); ++i) {
+    const SurfelSeed& seed = placed->seeds[i];
+    if (seed.point.instance + 1 < level.scene().instances.size()) {
+      EXPECT_EQ(lit[i], seed.normal) << "the room's meshes have no normals";
+      continue;
+    }
+    ++onDome[seed.side % 2];
+    const glm::vec3 up = (seed.side % 2 == 0 ? 1.0f : -1.0f) * lit[i];
+    EXPECT_NEAR(glm::length(up), 1.0f, 1e-5f);
+    // Interpolated on the plane, the dome's normals point away from below its middle.
+    const glm::vec3 expected = glm::normalize(seed.positionWorld - glm::vec3(2.5f, 0.5f, 2.5f));
+    EXPECT_LT(glm::length(up - expected), 1e-4f);
+  }
+  EXPECT_GT(onDome[0], 5);
+  EXPECT_GT(onDome[1], 5);
+}
+
 TEST(PlaceSurfels, bothSidesOfAThinWallHaveTheirOwn) {
   Context context;
   Level level;
