@@ -9,13 +9,15 @@
 
 #include <algorithm>
 #include <atomic>
+#include <memory>
 #include <new>
 #include <optional>
 
 namespace relume {
+namespace {
 
-void parallelChunks(Context& context, std::string_view stage, std::size_t count, std::size_t grain,
-                    const std::function<void(std::size_t, std::size_t)>& body) {
+void runChunks(Context& context, tbb::task_arena& arena, std::string_view stage, std::size_t count, std::size_t grain,
+               const std::function<void(std::size_t, std::size_t)>& body) {
   if (count == 0) return;
   grain = std::max<std::size_t>(grain, 1);
   const std::size_t chunks = (count + grain - 1) / grain;
@@ -44,7 +46,6 @@ void parallelChunks(Context& context, std::string_view stage, std::size_t count,
   std::optional<tbb::global_control> more;
   if (context.threads > coresOfProcess())
     more.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(context.threads));
-  tbb::task_arena arena(context.threads > 0 ? context.threads : tbb::task_arena::automatic);
   try {
     arena.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run, tbb::simple_partitioner()); });
   } catch (...) {
@@ -52,6 +53,30 @@ void parallelChunks(Context& context, std::string_view stage, std::size_t count,
     // oneTBB cannot start its threads: there is no memory for their stacks, or no more threads are allowed.
     throw std::bad_alloc();
   }
+}
+
+int arenaSize(const Context& context) { return context.threads > 0 ? context.threads : tbb::task_arena::automatic; }
+
+}  // namespace
+
+void parallelChunks(Context& context, std::string_view stage, std::size_t count, std::size_t grain,
+                    const std::function<void(std::size_t, std::size_t)>& body) {
+  tbb::task_arena arena(arenaSize(context));
+  runChunks(context, arena, stage, count, grain, body);
+}
+
+struct KeptThreads::Arena {
+  explicit Arena(const Context& context) : arena(arenaSize(context)) {}
+  tbb::task_arena arena;
+};
+
+KeptThreads::KeptThreads(Context& context) : context_(context), arena_(std::make_unique<Arena>(context)) {}
+
+KeptThreads::~KeptThreads() = default;
+
+void KeptThreads::parallelChunks(std::size_t count, std::size_t grain,
+                                 const std::function<void(std::size_t, std::size_t)>& body) {
+  runChunks(context_, arena_->arena, "", count, grain, body);
 }
 
 int coresOfProcess() { return tbb::info::default_concurrency(); }

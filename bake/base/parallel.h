@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <vector>
 
 namespace relume {
@@ -17,6 +18,23 @@ namespace relume {
 // std::bad_alloc where the system has no room for another thread. A single chunk runs on the calling thread.
 void parallelChunks(Context& context, std::string_view stage, std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t begin, std::size_t end)>& body);
+
+// The same for many short loops, such as the passes of a frame: the threads are kept from one to the next. Each call of
+// parallelChunks() makes an arena of oneTBB's anew, which oneTBB keeps until one of its threads has looked at it: made
+// within microseconds of each other, they pile up, and all are looked through each time.
+class KeptThreads {
+ public:
+  explicit KeptThreads(Context& context);  // must outlive this, and has its final number of threads
+  ~KeptThreads();
+  // From one thread at a time, and not from within a body.
+  void parallelChunks(std::size_t count, std::size_t grain,
+                      const std::function<void(std::size_t begin, std::size_t end)>& body);
+
+ private:
+  struct Arena;
+  Context& context_;
+  std::unique_ptr<Arena> arena_;
+};
 
 // How many threads there are for a context that asks for all.
 int coresOfProcess();

@@ -3,6 +3,7 @@
 // the document before, because tinygltf neither bounds them nor keeps them inside the folder.
 #include "bake/import/gltf_document.h"
 
+#include "bake/base/memory_budget.h"
 #include "bake/base/read_json.h"
 #include "bake/import/gltf_file.h"
 #include "bake/import/gltf_morph.h"
@@ -16,6 +17,7 @@
 #include <exception>
 #include <new>
 #include <string_view>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -78,6 +80,37 @@ Status checkSpots(const json& root, const std::string& file) {
                                                "the extension's defaults"};
   }
   return done();
+}
+
+// How many values a JSON text has, give or take a few: each comes with one of these signs outside of strings.
+std::size_t countValues(std::string_view text) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '"') {
+      for (++i; i < text.size() && text[i] != '"'; ++i) {
+        if (text[i] == '\\') ++i;
+      }
+    } else if (c == ',' || c == ':' || c == '[' || c == '{') {
+      ++count;
+    }
+  }
+  return count;
+}
+
+// Ask for what the JSON becomes, whose values take far more than their text; strings, data URIs among them, do not.
+// Measured as the peak above the file: 111 bytes a value of levels of many nodes, 124 of primitives, 155 of materials,
+// 209 of lights.
+Status reserveTree(std::string_view text, const std::string& file, Context& context) {
+  constexpr double kValueBytes = 140.0, kTextCopies = 2.0;
+  constexpr double kMuch = 4 << 20;  // less is told by the stages after, which have remedies of their own
+  const double bytes =
+      kValueBytes * static_cast<double>(countValues(text)) + kTextCopies * static_cast<double>(text.size());
+  if (bytes < kMuch) return done();
+  Status reserved = reserveMemory(context, "import", bytes, std::to_string(text.size()) + " bytes of JSON",
+                                  "use fewer nodes, meshes and materials");
+  if (!reserved) reserved.error().message = file + ": " + reserved.error().message;
+  return reserved;
 }
 
 Result<json> parseJson(const std::string& text, const std::string& file) {
@@ -156,7 +189,7 @@ void takeImages(const json& root, GltfDocument& document) {
 // for indices), taken back after parsing.
 constexpr const char* kUnparsed[] = {"buffers", "images", "animations", "skins"};
 
-Status parseModel(json& root, GltfDocument& document) {
+Status parseModel(json root, GltfDocument& document) {
   for (const char* name : kUnparsed) root.erase(name);
   const int standIn = root.contains("bufferViews") ? static_cast<int>(root["bufferViews"].size()) : 0;
   root["bufferViews"].push_back({{"buffer", 0}, {"byteLength", 1}});
@@ -172,6 +205,7 @@ Status parseModel(json& root, GltfDocument& document) {
   std::string error, warning;
   try {
     const std::string text = root.dump(-1, ' ', false, json::error_handler_t::replace);
+    root = json();  // tinygltf makes a tree of its own
     tinygltf::TinyGLTF loader;
     if (!loader.LoadASCIIFromString(&document.model, &error, &warning, text.c_str(),
                                     static_cast<unsigned int>(text.size()), "", 0))
@@ -207,7 +241,7 @@ Result<std::span<const std::uint8_t>> GltfDocument::viewBytes(int view, const st
   return *bytes;
 }
 
-Result<GltfDocument> loadGltfDocument(const std::filesystem::path& path, Context&) {
+Result<GltfDocument> loadGltfDocument(const std::filesystem::path& path, Context& context) {
   GltfDocument document;
   document.file = path.filename().string();
   document.folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
@@ -218,12 +252,13 @@ Result<GltfDocument> loadGltfDocument(const std::filesystem::path& path, Context
   if (!container) return container.error();
 
   document.dataBytes = container->json.size();
+  if (Status status = reserveTree(container->json, document.file, context); !status) return status.error();
   Result<json> root = parseJson(container->json, document.file);
   if (!root) return root.error();
   if (Status status = loadBuffers(*root, *container, document); !status) return status.error();
   takeImages(*root, document);
   document.animatedWeights = findAnimatedWeights(*root);
-  if (Status status = parseModel(*root, document); !status) return status.error();
+  if (Status status = parseModel(std::move(*root), document); !status) return status.error();
   document.decodedViews.resize(document.model.bufferViews.size());
   if (Status status = decodeMeshopt(document); !status) return status.error();
   return document;

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string_view>
 
 namespace {
@@ -36,7 +37,6 @@ void* noted(void* memory, std::size_t bytes) {
 #define STBI_ONLY_JPEG
 #define STBI_ONLY_PNG
 #define STBI_ONLY_HDR
-#define STBI_MAX_DIMENSIONS 16384
 #if defined(__GNUC__)
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wunused-function"
@@ -119,6 +119,29 @@ std::vector<std::uint8_t> withoutEmptyData(std::span<const std::uint8_t> png) {
   }
   if (copied > 0) kept.insert(kept.end(), png.begin() + static_cast<std::ptrdiff_t>(copied), png.end());
   return kept;
+}
+
+std::uint32_t bigEndian(std::span<const std::uint8_t> bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  for (const std::uint8_t byte : bytes.subspan(at, 4)) value = value << 8 | byte;
+  return value;
+}
+
+// What a PNG's header claims; nothing where it does not come first. stb_image does not tell the size of a PNG that it
+// takes for too large.
+std::optional<ImageSize> pngSize(std::span<const std::uint8_t> bytes) {
+  constexpr std::size_t kName = 12, kWidth = 16, kHeight = 20, kEnd = 24;
+  if (!isPng(bytes) || bytes.size() < kEnd || !std::equal(&bytes[kName], &bytes[kWidth], "IHDR")) return std::nullopt;
+  return ImageSize{bigEndian(bytes, kWidth), bigEndian(bytes, kHeight)};
+}
+
+Status checkSides(const ImageSize& size, const std::string& where) {
+  if (size.width > 0 && size.height > 0 && size.width <= kMaxImageSide && size.height <= kMaxImageSide &&
+      std::uint64_t{size.width} * size.height <= kMaxImagePixels)
+    return done();
+  return Error{ErrorCode::invalidFile, where + ": " + sized(size.width, size.height) + " texels; expected 1 to " +
+                                           std::to_string(kMaxImageSide) + " a side and at most " +
+                                           std::to_string(kMaxImagePixels) + " in all"};
 }
 
 // Forget what stb_image said about an earlier image.
@@ -274,19 +297,17 @@ Result<ImageSize> peekImage(std::span<const std::uint8_t> bytes, const std::stri
   // Tables come before the size, too.
   if (const char* problem = isJpeg(bytes) ? jpegProblem(bytes) : nullptr)
     return Error{ErrorCode::invalidFile, where + ": broken image (" + problem + ")"};
+  if (const std::optional<ImageSize> claimed = pngSize(bytes)) {
+    if (Status ok = checkSides(*claimed, where); !ok) return ok.error();
+  }
   int width = 0, height = 0, channels = 0;
   resetReason();
   if ((!isPng(bytes) && !isJpeg(bytes)) ||
       !stbi_info_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &channels))
     return decodingError(where, "not a PNG or JPEG image that can be read");
   const ImageSize size{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
+  if (Status ok = checkSides(size, where); !ok) return ok.error();
   const std::uint64_t pixels = static_cast<std::uint64_t>(size.width) * size.height;
-  if (size.width == 0 || size.height == 0 || size.width > kMaxImageSide || size.height > kMaxImageSide ||
-      pixels > kMaxImagePixels) {
-    return Error{ErrorCode::invalidFile, where + ": " + sized(size.width, size.height) + " texels; expected 1 to " +
-                                             std::to_string(kMaxImageSide) + " a side and at most " +
-                                             std::to_string(kMaxImagePixels) + " in all"};
-  }
   if (pixels > (isJpeg(bytes) ? kMaxJpegPixelsPerByte * bytes.size() + 4096 : maxPixels(bytes.size()))) {
     return Error{ErrorCode::invalidFile, where + ": claims " + sized(size.width, size.height) + " texels in " +
                                              std::to_string(bytes.size()) + " bytes"};
@@ -325,8 +346,11 @@ Result<ImageSize> peekHdr(std::span<const std::uint8_t> bytes, const std::string
   const int count = static_cast<int>(bytes.size());
   if (!stbi_is_hdr_from_memory(bytes.data(), count) ||
       !stbi_info_from_memory(bytes.data(), count, &width, &height, &channels) || width < 1 || height < 1)
-    return decodingError(where, "not a Radiance HDR image of up to 16384 x 16384 texels");
+    return decodingError(where, "not a Radiance HDR image that can be read");
   const ImageSize size{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
+  if (size.width > kMaxImageSide || size.height > kMaxImageSide)
+    return Error{ErrorCode::invalidFile, where + ": " + sized(size.width, size.height) + " texels; expected at most " +
+                                             sized(kMaxImageSide, kMaxImageSide)};
   if (static_cast<std::uint64_t>(size.width) * size.height > kMaxHdrPixelsPerByte * bytes.size()) {
     return Error{ErrorCode::invalidFile, where + ": claims " + sized(size.width, size.height) + " texels in " +
                                              std::to_string(bytes.size()) + " bytes"};

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Chunks of work run on as many threads as were asked for, whatever the machine has.
 #include "bake/base/parallel.h"
+#include "bake/base/memory_budget.h"
+#include "tools/render/context_threads.h"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdlib>
@@ -15,6 +18,7 @@
 #include <mutex>
 #include <new>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -86,6 +90,53 @@ TEST(ParallelChunks, aThreadThatCannotStartIsMemoryThatIsOut) {
   if (!std::string(RELUME_SANITIZE).empty()) GTEST_SKIP() << "sanitizers need terabytes of addresses";
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(runWithoutRoomForThreads(), testing::ExitedWithCode(42), "");
+}
+
+TEST(KeptThreads, sevenAreSevenEachTime) {
+  Context context;
+  context.threads = 7;
+  KeptThreads threads(context);
+  for (int i = 0; i < 3; ++i) {
+    std::mutex mutex;
+    std::condition_variable arrived;
+    std::set<std::thread::id> ids;
+    threads.parallelChunks(28, 1, [&](std::size_t, std::size_t) {
+      std::unique_lock lock(mutex);
+      ids.insert(std::this_thread::get_id());
+      arrived.notify_all();
+      arrived.wait_for(lock, std::chrono::seconds(120), [&] { return ids.size() >= 7; });
+    });
+    EXPECT_EQ(ids.size(), 7u);
+  }
+}
+
+TEST(KeptThreads, loopsAfterOneThatThrewAreWhole) {
+  Context context;
+  context.threads = 2;
+  KeptThreads threads(context);
+  EXPECT_THROW(threads.parallelChunks(100, 7, [](std::size_t, std::size_t) { throw std::runtime_error("body"); }),
+               std::runtime_error);
+  std::atomic<std::size_t> sum{0};
+  threads.parallelChunks(100, 7, [&](std::size_t begin, std::size_t end) { sum += end - begin; });
+  EXPECT_EQ(sum, 100u);
+  context.cancel();
+  threads.parallelChunks(100, 7, [&](std::size_t begin, std::size_t end) { sum += end - begin; });
+  EXPECT_EQ(sum, 100u);
+}
+
+// Frames have many loops, and comparing bakes many frames: with an arena for each loop these took 54 MiB.
+TEST(KeptThreads, loopsOfTheRuntimeKeepNoMemory) {
+  if (!std::string(RELUME_SANITIZE).empty()) GTEST_SKIP() << "sanitizers keep memory that was freed";
+  Context context;
+  context.threads = 7;
+  const ParallelFor parallelFor = contextParallelFor(context);
+  std::atomic<std::size_t> sum{0};
+  const auto loop = [&] { parallelFor(8, [&](std::uint32_t i) { sum += i; }); };
+  loop();
+  const std::uint64_t held = heldMemory();
+  for (int i = 0; i < 3000; ++i) loop();
+  EXPECT_EQ(sum, 3001u * 28u);
+  EXPECT_LE(heldMemory(), held + (16u << 20));
 }
 
 // What is there stays, and what comes is as resize() makes it.

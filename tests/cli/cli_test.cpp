@@ -115,6 +115,20 @@ TEST_F(Cli, helpShowsDefaultsRangesAndUnits) {
   for (const char* text : {"--surfels [131072]", "[2..16777216]", "halton|relaxed|eliminated", "--grid [0,0,0]",
                            " texel]", "--threads", "--play-space", "--cut-key", "--sky-patches", "--pull"})
     EXPECT_NE(help.out.find(text), std::string::npos) << text << "\n" << help.out;
+  const ProgramResult preview = run({"preview", "--help"});
+  for (const char* text : {"FLOAT in [0.02 - 2]", "FLOAT in [10 - 175]", "INT in [2 - 256]"})
+    EXPECT_NE(preview.out.find(text), std::string::npos) << text << "\n" << preview.out;
+}
+
+TEST_F(Cli, helpIsACommandAsWell) {
+  for (const char* command : {"render", "bake", "store"}) {
+    const ProgramResult help = run({"help", command});
+    EXPECT_EQ(help.status, 0) << help.err;
+    EXPECT_EQ(help.out, run({command, "--help"}).out);
+  }
+  const ProgramResult help = run({"help"});
+  EXPECT_EQ(help.status, 0) << help.err;
+  EXPECT_EQ(help.out, run({"--help"}).out);
 }
 
 TEST_F(Cli, usageErrors) {
@@ -166,9 +180,11 @@ TEST_F(Cli, numbersThatAreNoneAreRefused) {
   const std::string none = (folder_ / "none.glb").string(), picture = (folder_ / "p.png").string();
   for (const char* value : {"nan", "-nan", "inf", "-1", "1e999", ""}) {
     expectFailure(run({"render", none, "-o", picture, "--live", "--aov", "occlusion", "--occlusion-falloff", value}), 1,
-                  "--occlusion-falloff: a number of 0..1e6 expected");
-    expectFailure(run({"render", none, "-o", picture, "--edit-reach", value}), 1, "--edit-reach: a number of 0..1e8");
-    expectFailure(run({"render", none, "-o", picture, "--live", "--presence", value}), 1, "--presence: a number");
+                  "--occlusion-falloff: a number of 0..1e+06 expected");
+    expectFailure(run({"render", none, "-o", picture, "--edit-reach", value}), 1, "--edit-reach: a number of 0..1e+08");
+    expectFailure(run({"render", none, "-o", picture, "--live", "--presence", value}), 1,
+                  "--presence: a number of 0..100 expected");
+    expectFailure(run({"diff", picture, picture, "--max-rmse", value}), 1, "--max-rmse: a number of >= 0 expected");
   }
   for (const char* value : {"-1", "18446744073709551616", "99999999999999999999", "x", ""}) {
     for (const char* command : {"reference", "preview"})

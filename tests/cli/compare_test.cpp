@@ -378,6 +378,29 @@ TEST(CompareReport, followsThePublishedSchemaAndTheSchemaBites) {
   }
 }
 
+// Surfaces that absorb nothing and see more of each other than there is to see: each bounce adds light.
+TEST(CompareReport, saysWhichLightingsDidNotConverge) {
+  std::ifstream file(RELUME_SOURCE_DIR "/docs/compare.schema.json");
+  SchemaCheck schema(Json::parse(file));
+  Bake growing = makeSmallBake();
+  growing.surfels.albedo = std::vector<glm::vec3>(6, glm::vec3(1.0f));
+  scaleLinks(growing, 0, 6, 1.9f);
+  const BakeFile settled = fileOf(makeSmallBake(), "settled"), other = fileOf(blackBake(), "other"),
+                 white = fileOf(growing, "white");
+  for (const bool converges : {true, false}) {
+    const BakeFile& b = converges ? other : white;
+    const LightDifference light = difference(settled.bake, b.bake);
+    const Json report = reportDifference(settled, b, light, {}, {});
+    EXPECT_EQ(schema.check(report), std::vector<std::string>{});
+    for (const Json& l : report["light"]["lightings"]) EXPECT_EQ(l["converged"], converges) << l["name"];
+    for (const std::string& said : {reportAsText(report), reportAsPage(report, settled, b, &light, {})}) {
+      EXPECT_EQ(said.find("to convergence") != std::string::npos, converges) << said;
+      EXPECT_EQ(said.find("at most 1024 frames") != std::string::npos, !converges) << said;
+      EXPECT_EQ(said.find("(not converged)") != std::string::npos, !converges) << said;
+    }
+  }
+}
+
 // Arrays that one of the bakes lacks, whichever it is; no certificate is not an error of 0.
 TEST(CompareReport, listsWhatOneBakeAloneHas) {
   std::ifstream file(RELUME_SOURCE_DIR "/docs/compare.schema.json");

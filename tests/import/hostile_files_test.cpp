@@ -159,8 +159,17 @@ TEST(HostileFiles, imageBombsAreRefusedBeforeDecoding) {
   };
   expectRefused(sized(16384, 16384), ErrorCode::invalidFile, "images[0]");
   expectRefused(sized(8192, 8192), ErrorCode::invalidFile, "claims 8192 x 8192 texels in");
-  expectRefused(sized(100000, 1), ErrorCode::invalidFile, "images[0]");
-  expectRefused(sized(0, 1), ErrorCode::invalidFile, "images[0]");
+  for (const auto& [width, height] : {std::pair{32768u, 32768u}, {100000u, 1u}, {1u, 0x7FFFFFFFu}, {0u, 1u}}) {
+    const std::string size = std::to_string(width) + " x " + std::to_string(height);
+    expectRefused(sized(width, height), ErrorCode::invalidFile, "images[0]");
+    expectRefused(sized(width, height), ErrorCode::invalidFile, size + " texels; expected 1 to 16384 a side");
+  }
+}
+
+// What stb_image says of a JPEG is its own; the size is in the frame's header.
+TEST(HostileFiles, jpegsThatAreTooLargeAreToldTheirSize) {
+  const Bytes file = {0xFF, 0xD8, 0xFF, 0xC0, 0, 11, 8, 0xEA, 0x60, 0x9C, 0x40, 1, 1, 0x11, 0};
+  expectRefused(withImage(file).import(), ErrorCode::invalidFile, "40000 x 60000 texels; expected 1 to 16384 a side");
 }
 
 TEST(HostileFiles, manyImagesOverTheSameBytesAreRefused) {

@@ -357,5 +357,24 @@ TEST(Malformed, meshesAskTheMemoryBudget) {
   EXPECT_NE(scene.error().message.find("for a mesh of 100000 triangles"), std::string::npos) << scene.error().message;
 }
 
+// The tree of 20,000 nodes takes tens of mebibytes; long strings take little more than their text.
+TEST(Malformed, jsonAsksTheMemoryBudget) {
+  for (const bool nodes : {true, false}) {
+    GltfBuilder b;
+    b.quad();
+    for (int i = 0; nodes && i < 20'000; ++i) b.node({{"name", "part"}, {"translation", {0.5, 0.25, i}}});
+    if (!nodes) b.root["extras"]["note"] = std::string(std::size_t{4} << 20, 'x');
+    const std::filesystem::path path = b.write();
+    Context context;
+    context.maxMemory = heldMemory() + ((nodes ? std::uint64_t{12} : std::uint64_t{48}) << 20);
+    const Result<Scene> scene = importGltf(path, context);
+    ASSERT_EQ(static_cast<bool>(scene), !nodes);
+    if (scene) continue;
+    EXPECT_EQ(scene.error().code, ErrorCode::failed);
+    for (const char* words : {"test.glb: import needs about", "bytes of JSON;", "--max-memory"})
+      EXPECT_NE(scene.error().message.find(words), std::string::npos) << scene.error().message;
+  }
+}
+
 }  // namespace
 }  // namespace relume

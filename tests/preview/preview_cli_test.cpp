@@ -254,12 +254,15 @@ TEST_F(PreviewCommand, namesWhatIsWrong) {
   expectRefused(preview({"--source", "grid"}), 1, {"--source"});
   expectRefused(preview({"--source", "direct", "--bake", kLevel}), 1, {"--source direct", "--bake"});
   for (const char* accuracy : {"0", "-1", "nan", "inf", "3", "x", ""})
-    expectRefused(preview({"--accuracy", accuracy}), 1, {"--accuracy"});
+    expectRefused(preview({"--accuracy", accuracy}), 1, {"--accuracy: a number of 0.02..2 expected"});
   for (const char* rays : {"0", "15", "65537", "1e3", "-16"}) expectRefused(preview({"--rays", rays}), 1, {"--rays"});
   for (const char* limit : {"-1", "nan", "inf", "1e9"})
     expectRefused(preview({"--time-limit", limit}), 1, {"--time-limit"});
   expectRefused(preview({"--plane-fov", "180"}), 1, {"--plane-fov"});
   expectRefused(preview({"--plane-side", "1"}), 1, {"--plane-side"});
+  for (const char* plane : {"--plane-side", "--plane-fov"})
+    expectRefused(preview({plane, "32"}), 1, {plane, "--hemisphere plane"});
+  expectRefused(preview({"--allow-stale"}), 1, {"--allow-stale needs --bake"});
   expectRefused(preview({"--max-records", "0"}), 1, {"--max-records"});
   expectRefused(preview({"--weight", "heavy"}), 1, {"--weight"});
   expectRefused(preview({"--bake", kLevel}), 3, {"two_rooms.glb"});

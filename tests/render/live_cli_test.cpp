@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace relume {
@@ -59,6 +60,17 @@ TEST_F(RenderCommand, lightsALevelWithoutABake) {
   expectRefused(live({"--live-cascades", "2", "--bake", bake_}), 1, {"--live-cascades", "--bake"});
   expectRefused(live({"--live-cascades", "2", "--live-transport", "rsm"}), 1, {"--live-cascades", "rsm"});
   expectRefused(live({"--bands", "Y3Co1Cg1"}), 1, {"--bands", "--live-transport rsm"});
+  // What only maps read, and what they do not.
+  for (const auto& [option, value] : std::vector<std::pair<std::string, std::string>>{{"--rsm-size", "64"},
+                                                                                      {"--rsm-samples", "100"},
+                                                                                      {"--rsm-frames", "2"},
+                                                                                      {"--occupancy", "voxels"},
+                                                                                      {"--live-visibility", "exact"},
+                                                                                      {"--presence", "2"},
+                                                                                      {"--bleeding", "0"}})
+    expectRefused(live({option, value}), 1, {option + " needs --live-transport rsm"});
+  expectRefused(live({"--live-transport", "rsm"}), 1, {"--live-rays", "--live-transport rsm"});
+  expectRefused(live({"--occlusion-falloff", "2"}), 1, {"--occlusion-falloff needs --aov occlusion"});
 }
 
 // A level that was edited since its bake: what changed is told, and what is asked for without it refused by name.
@@ -202,9 +214,10 @@ TEST_F(RenderCommand, lightsALevelByReflectiveShadowMaps) {
 // Gloss by cones through voxels that live light or a bake lights, and how open the surroundings are.
 TEST_F(RenderCommand, followsConesThroughALevel) {
   const auto draw = [&](std::vector<std::string> more) {
-    std::vector<std::string> words{"render", kLevel,     "--live",   "--live-cells", "16",    "--live-rays",
-                                   "16",     "--camera", "cam_hall", "--size",       "48x27", "--samples",
-                                   "1",      "--lights", "spot",     "--force",      "-o",    image()};
+    std::vector<std::string> words{"render",   kLevel,    "--live", "--live-cells", "16", "--camera",
+                                   "cam_hall", "--size",  "48x27",  "--samples",    "1",  "--lights",
+                                   "spot",     "--force", "-o",     image()};
+    if (std::find(more.begin(), more.end(), "rsm") == more.end()) words.insert(words.end(), {"--live-rays", "16"});
     words.insert(words.end(), more.begin(), more.end());
     return runProgram(words, folder_);
   };

@@ -87,6 +87,7 @@ TEST_F(RenderCommand, namesWhatThereIsWhenANameIsUnknown) {
   expectRefused(render({"--bake", bake_, "--lights", "torch"}), 1,
                 {"--lights", "torch", "sun", "lamp", "spot", "emissive"});
   expectRefused(render({"--bake", bake_, "--lights", "all,sun"}), 1, {"\"all\""});
+  expectRefused(render({"--bake", bake_, "--aov", "full,direct,full"}), 1, {"--aov: \"full\" found twice"});
   expectRefused(render({"--bake", bake_, "--aov", "shine"}), 1, {"--aov", "shine", "indirect", "depth"});
 }
 
@@ -341,6 +342,9 @@ TEST_F(RenderCommand, aSkyMapLightsWhatASkyOfItsRadianceDoes) {
   EXPECT_NE(drawn({"--sky-map", sky}), drawn({"--sky-map", sky, "--sky-rotation", "180"}));
 
   expectRefused(render({"--bake", bake_, "--sky-map", sky, "--sky", "1,1,1"}), 1, {"--sky", "--sky-map"});
+  for (const char* command : {"render", "reference", "preview"})
+    expectRefused(runProgram({command, kLevel, "--sky-rotation", "33", "-o", image()}, folder_), 1,
+                  {"--sky-rotation needs --sky-map"});
   expectRefused(render({"--bake", bake_, "--sky-map", sky, "--sky-rotation", "nan"}), 1, {"--sky-rotation", "nan"});
   expectRefused(render({"--bake", bake_, "--sky-map", kLevel}), 3, {"two_rooms.glb", "neither"});
   expectRefused(render({"--bake", bake_, "--sky-map", sky, "--force", "-o", sky}), 1, {"--sky-map"});
@@ -359,6 +363,7 @@ TEST_F(RenderCommand, saysThatABakeSeesNoSky) {
 
 TEST_F(RenderCommand, knowsOnlyDirectLightWithoutABake) {
   expectRefused(render({"--aov", "indirect"}), 1, {"--bake"});
+  expectRefused(render({"--aov", "direct", "--allow-stale"}), 1, {"--allow-stale needs --bake"});
   EXPECT_EQ(render({"--aov", "direct"}).status, 0);
 }
 

@@ -270,6 +270,31 @@ TEST(RenderGl, aWideGroundLeavesShadowsSharp) {
   EXPECT_NEAR(total(directGl) / total(directCpu), 1.0, 0.03);
 }
 
+// A room of 12 x 9 x 15 mm, in which neither the camera's near plane nor the light's cuts anything off.
+TEST(RenderGl, drawsALevelOfMillimetresAsTheCpuDoes) {
+  Scene scene;
+  const std::uint32_t grey = test::addMaterial(scene, glm::vec3(0.5f));
+  test::addInstance(scene, test::box({0, 0, 0}, {0.012f, 0.009f, 0.015f}, true, grey));
+  test::addInstance(scene, test::box({0.004f, 0, 0.006f}, {0.006f, 0.004f, 0.008f}, false, grey));
+  test::finish(scene);
+  RenderRequest r;
+  r.width = 96;
+  r.height = 64;
+  r.camera = test::lookAt({0.011f, 0.005f, 0.014f}, {0.002f, 0.003f, 0.001f}, 1.2f);
+  r.camera.znear = 0.1f;  // as Blender writes it
+  SceneLight lamp;
+  lamp.kind = LightKind::point;
+  lamp.intensity = glm::vec3(1e-4f);
+  lamp.positionWorld = {0.009f, 0.007f, 0.004f};
+  r.lights = {lamp};
+  const auto drawn = drawTwice(scene, r);
+  if (!drawn) return;
+  const auto directCpu = composeAov(drawn->cpu, Aov::direct), directGl = composeAov(drawn->gl, Aov::direct);
+  ASSERT_GT(total(directCpu), 0.0);
+  EXPECT_LT(shareBeyond(directCpu, directGl, 0.3), 0.05) << "shadow edges only";
+  EXPECT_NEAR(total(directGl) / total(directCpu), 1.0, 0.03);
+}
+
 // Linear factors of colour, and of the alpha that the test asks.
 TEST(RenderGl, drawsVertexColorsAsTheCpuDoes) {
   Scene scene;

@@ -158,7 +158,8 @@ TEST_F(SkyMapFiles, RefusesFilesThatAreNone) {
                 "ends before its last texel");
   expectRefused(write("huge.hdr", header("-Y 8192 +X 16384") + std::string(64, '\x10')), ErrorCode::invalidFile,
                 "claims");
-  expectRefused(write("wide.hdr", header("-Y 1 +X 100000") + std::string(64, '\x10')), ErrorCode::invalidFile, "");
+  expectRefused(write("wide.hdr", header("-Y 1 +X 100000") + std::string(64, '\x10')), ErrorCode::invalidFile,
+                "100000 x 1 texels; expected at most 16384 x 16384");
   expectRefused(write("negative.hdr", header("-Y -1 +X 4") + std::string(64, '\x10')), ErrorCode::invalidFile, "");
   ChannelImage grey{1, 1, {{"Y", {1.0f}}}};
   ASSERT_TRUE(writeExr(folder_ / "grey.exr", grey));

@@ -203,6 +203,9 @@ TEST_F(ViewerCommand, aSkyMapLightsAndIsSeen) {
   EXPECT_EQ(view(kLevel, made, "none", "--sky-map '" + at("nowhere.hdr") + "'"), 2);
   EXPECT_EQ(view(kLevel, made, "none", "--sky-map '" + made + "'"), 3);
   EXPECT_EQ(view(kLevel, made, "none", "--sky-map '" + sky + "' --sky-rotation 400"), 1);
+  EXPECT_NE(log().find("--sky-rotation: a number of -360..360 expected, \"400\" found"), std::string::npos) << log();
+  EXPECT_EQ(view(kLevel, made, "none", "--sky-rotation 90"), 1);
+  EXPECT_NE(log().find("--sky-rotation needs --sky-map"), std::string::npos) << log();
   EXPECT_FALSE(fs::exists(folder_ / "none"));
 }
 

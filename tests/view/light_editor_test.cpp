@@ -106,6 +106,33 @@ TEST_F(LightEditing, aDragIsOneEditThatCanBeUndone) {
   EXPECT_EQ(lights_, before);
 }
 
+// The level's file has changed under the window: names, places and all.
+TEST(LightSet, followsTheFileWhereNothingWasEdited) {
+  const auto named = [](const char* name, float x) {
+    ViewedLight light = lightAt(LightKind::point, {x, 0, 0});
+    light.name = name;
+    return light;
+  };
+  const Lights before{named("still", 1), named("edited", 2), named("gone", 3),    named("edited and gone", 4),
+                      named("twin", 5),  named("twin", 6),   named("removed", 7), named("orbits", 8)};
+  const Lights now{named("still", 10), named("edited", 20), named("twin", 50), named("twin", 60),
+                   named("new", 70),   named("orbits", 80), named("twin", 90), named("removed", 100)};
+  Lights shown{before.begin(), before.begin() + 6};
+  shown[0].on = false;
+  shown[1].light.intensity = glm::vec3(9.0f);
+  shown[3].light.range = 5.0f;
+  shown.push_back(before[7]);
+  shown.back().orbits = true;
+  shown.back().light.positionWorld.z = 0.8f;
+  shown.push_back(named("added", 11));
+
+  Lights expected{now[0], shown[1], shown[3], now[2], now[3], now[5], shown.back(), now[4], now[6]};
+  expected[0].on = false;
+  expected[5].orbits = true;
+  EXPECT_EQ(followFile(shown, before, now), expected);
+  EXPECT_EQ(followFile(shown, before, before), shown) << "the same file";
+}
+
 TEST_F(LightEditing, ringsTurnSunsAndSpotsAlone) {
   click(iconOf(0));
   EXPECT_FALSE(editor_.gizmo(lights_, view_)->turns);

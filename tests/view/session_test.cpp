@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Levels that come and go while the viewer runs, without a window: baked on a thread, loaded again when the file
 // changes, refused when it is damaged.
+#include "tests/rays/make_scene.h"
 #include "tests/view/session_fixture.h"
 
 namespace relume {
@@ -219,6 +220,77 @@ TEST_F(ViewerSession, allEditsAreUndoneInTheirOrder) {
   EXPECT_FALSE(session_->edits.canRedo());
 }
 
+// A level and its bake of the same name: what was edited in the window stays, all else is the new file's.
+TEST_F(ViewerSession, aChangedLevelHasItsOwnLightsAndEmitters) {
+  options_.lights = {"all"};
+  Context context;
+  const auto first = loadLevel({kLevel, "", {}, false, {}, small(256)}, context);
+  ASSERT_TRUE(first) << first.error().message;
+  auto begun = initialState((*first)->scene, options_);
+  ASSERT_TRUE(begun) << begun.error().message;
+  session_.emplace(std::move(*begun), options_, EglContext::getProcAddress);
+  ASSERT_TRUE(session_->show(*first));
+  ViewState& state = session_->state;
+  const auto indexOf = [](const auto& list, const std::string& name) {
+    const auto found = std::find_if(list.begin(), list.end(), [&](const auto& one) { return one.name == name; });
+    return static_cast<std::size_t>(found - list.begin());
+  };
+  ASSERT_EQ(state.lights.size(), 3u) << "sun, lamp, spot";
+  ASSERT_EQ(state.emitters.size(), 1u) << "panel";
+  const glm::vec3 panel = state.emitters[0].radiance;
+  const std::size_t spot = indexOf(state.lights, "spot");
+  const float range = state.lights[spot].light.range;
+  state.lights[spot].light.range = 4.0f;
+  session_->endControls(false);
+  session_->addLight(LightKind::point);
+  ASSERT_EQ(session_->editor.selected(), 3u);
+
+  auto changed = std::make_shared<LoadedLevel>(**first);
+  std::vector<SceneLight>& lights = changed->scene.lights;
+  lights[indexOf(lights, "lamp")].intensity *= 3.0f;
+  lights[indexOf(lights, "spot")].intensity *= 3.0f;
+  const glm::vec3 lamp = lights[indexOf(lights, "lamp")].intensity;
+  lights.push_back(lights[indexOf(lights, "lamp")]);
+  lights.back().name = lights.back().node = "second lamp";
+  lights.erase(lights.begin() + static_cast<std::ptrdiff_t>(indexOf(lights, "sun")));
+  std::vector<Material>& materials = changed->scene.materials;
+  materials[indexOf(materials, "panel")].emission *= 2.0f;
+  materials[indexOf(materials, "rug")].emission = glm::vec3(5.0f);
+  changed->materials = materials;
+  ASSERT_TRUE(session_->show(changed));
+  std::vector<std::string> names;
+  for (const ViewedLight& light : state.lights) names.push_back(light.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"lamp", "spot", "point", "second lamp"}));
+  EXPECT_EQ(state.lights[0].light.intensity, lamp);
+  EXPECT_EQ(state.lights[1].light.range, 4.0f);
+  EXPECT_FALSE(session_->editor.selected()) << "another light has its place";
+  ASSERT_EQ(state.emitters.size(), 2u);
+  EXPECT_EQ(state.emitters[indexOf(state.emitters, "panel")].radiance, 2.0f * panel);
+  EXPECT_EQ(state.emitters[indexOf(state.emitters, "rug")].radiance, glm::vec3(5.0f));
+  frame();
+
+  // What is undone is of the file that there is now.
+  session_->run(Command::undo);
+  ASSERT_EQ(state.lights.size(), 3u) << "the point light is not added yet";
+  EXPECT_EQ(state.lights[0].light.intensity, lamp);
+  session_->run(Command::undo);
+  EXPECT_EQ(state.lights[1].light.range, range);
+  EXPECT_EQ(state.lights[1].light.intensity, lights[indexOf(lights, "spot")].intensity);
+
+  // Emitters that were driven here stay so, whatever their number and order are.
+  const std::size_t driven = indexOf(state.emitters, "panel");
+  state.emitters[driven].isDriven = true;
+  state.emitters[driven].radiance = {1.0f, 0.0f, 0.0f};
+  session_->endControls(false);
+  ASSERT_TRUE(session_->show(*first));
+  ASSERT_EQ(state.emitters.size(), 1u);
+  EXPECT_TRUE(state.emitters[0].isDriven);
+  EXPECT_EQ(state.emitters[0].radiance, glm::vec3(1.0f, 0.0f, 0.0f));
+  session_->run(Command::undo);
+  EXPECT_FALSE(state.emitters[0].isDriven);
+  EXPECT_EQ(state.emitters[0].radiance, panel);
+}
+
 TEST_F(ViewerSession, noMoreLightsAreOnThanThereAreShadowMaps) {
   start("");
   ASSERT_FALSE(session_->state.lights.empty());
@@ -232,6 +304,26 @@ TEST_F(ViewerSession, noMoreLightsAreOnThanThereAreShadowMaps) {
   EXPECT_FALSE(session_->state.lights.back().on);
   frame();
   EXPECT_FALSE(says("shadow"));
+}
+
+// The view's near plane is within a room of 12 x 9 x 15 mm.
+TEST_F(LiveSession, aLevelOfMillimetresIsSeen) {
+  Scene room;
+  const std::uint32_t grey = addMaterial(room, glm::vec3(0.5f));
+  addInstance(room, box({0, 0, 0}, {0.012f, 0.009f, 0.015f}, true, grey));
+  finish(room);
+  options_.scene = "room.glb";
+  options_.camera.clear();
+  options_.lights = {"all"};
+  options_.view = "albedo";
+  Context context;
+  const auto level = loadBake(std::move(room), {options_.scene, "", {}}, context);
+  ASSERT_TRUE(level) << level.error().message;
+  auto state = initialState((*level)->scene, options_);
+  ASSERT_TRUE(state) << state.error().message;
+  session_.emplace(std::move(*state), options_, EglContext::getProcAddress);
+  ASSERT_TRUE(session_->show(*level));
+  EXPECT_GT(frame(), 0.2) << "walls everywhere";
 }
 
 TEST_F(ViewerSession, aBakeCanBeCancelled) {

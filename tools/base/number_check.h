@@ -17,16 +17,14 @@
 
 namespace relume {
 
-// Finite and of [low, high]. The message names the range and what was found.
+// Finite and of [low, high]. Help and usageMessage() name the range as they do CLI::Range's.
 inline CLI::Validator numberFrom(double low, double high = std::numeric_limits<double>::infinity()) {
-  const std::string range = std::isfinite(high) ? decimal(low) + " to " + decimal(high) : decimal(low) + " or more";
   return CLI::Validator(
-      [low, high, range](const std::string& input) {
+      [low, high](const std::string& input) {
         const std::optional<double> value = finiteNumber<double>(input);
-        return value && *value >= low && *value <= high ? std::string()
-                                                        : "a number, " + range + ", expected; \"" + input + "\" found";
+        return value && *value >= low && *value <= high ? std::string() : "a number expected; \"" + input + "\" found";
       },
-      "");
+      std::isfinite(high) ? "FLOAT in [" + decimal(low) + " - " + decimal(high) + "]" : "FLOAT >= " + decimal(low));
 }
 
 // Whether a text begins with a whole number of 64 bits without a sign. What CLI11 reads makes 2^64 - 1 of -1, and of

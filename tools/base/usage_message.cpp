@@ -124,7 +124,7 @@ std::string allowedValues(const CLI::Option& option) {
   const std::size_t open = help.rfind('[');
   if (open != std::string::npos && help.ends_with(']')) {
     const std::string range = help.substr(open + 1, help.size() - open - 2);
-    if (range.find("..") != std::string::npos || range.starts_with(">=")) return " of " + range;
+    if (range.find("..") != std::string::npos) return " of " + range;
     if (range.find('|') != std::string::npos) return " of " + replaced(range, "|", ", ");
   }
   if (const std::size_t list = type.find(":{"); list != std::string::npos && type.ends_with('}'))
@@ -132,7 +132,8 @@ std::string allowedValues(const CLI::Option& option) {
   const std::size_t begin = type.find(" in ["), dash = type.rfind(" - ");
   if (begin != std::string::npos && dash != std::string::npos && type.ends_with(']'))
     return " of " + type.substr(begin + 5, dash - begin - 5) + ".." + type.substr(dash + 3, type.size() - dash - 4);
-  return type.find("NONNEGATIVE") != std::string::npos ? " of at least 0" : "";
+  const std::size_t least = type.find(">= ");
+  return least != std::string::npos ? " of " + type.substr(least) : "";
 }
 
 // "a whole number of 1..16", "three numbers separated by commas".

@@ -112,6 +112,16 @@ void printReport(const PreviewReport& report, const std::vector<std::string>& wr
               report.drawSeconds);
 }
 
+// Options that nothing reads beside the others.
+Status checkRead(const PreviewArguments& arguments) {
+  const PreviewOptions& o = arguments.options;
+  const PreviewOptions usual;
+  if (o.hemisphere == Hemisphere::fan && (o.planeSide != usual.planeSide || o.planeFovDeg != usual.planeFovDeg))
+    return usage("--plane-side and --plane-fov need --hemisphere plane, scaled or border");
+  if (arguments.allowStale && arguments.bake.empty()) return usage("--allow-stale needs --bake");
+  return done();
+}
+
 Result<PreviewSource> chooseSource(const PreviewArguments& arguments) {
   static const std::map<std::string, PreviewSource> kSources = {{"auto", PreviewSource::hits},
                                                                 {"direct", PreviewSource::direct},
@@ -161,6 +171,7 @@ int runPreview(const PreviewArguments& arguments) {
   if (!aovs) return fail(aovs.error());
   const auto stops = readExposure(arguments.exposure);
   if (!stops) return fail(stops.error());
+  if (Status ok = checkRead(arguments); !ok) return fail(ok.error());
   const auto source = chooseSource(arguments);
   if (!source) return fail(source.error());
   request.source = *source;
@@ -267,9 +278,7 @@ void addRecordOptions(CLI::App& command, PreviewArguments& a) {
       ->option_text("REACH [guarded]")
       ->transform(CLI::CheckedTransformer(kReaches).description(""))
       ->group(group);
-  command
-      .add_option("--min-reach", a.options.minPixels,
-                  "pixels that every record reaches, 0..64: more makes fewer records")
+  command.add_option("--min-reach", a.options.minPixels, "pixels that every record reaches: more makes fewer records")
       ->check(numberFrom(0.0, 64.0))
       ->capture_default_str()
       ->group(group);
@@ -317,7 +326,7 @@ void addRecordOptions(CLI::App& command, PreviewArguments& a) {
       ->group(group);
   command
       .add_option("--time-limit", a.options.timeLimitSeconds,
-                  "seconds for records, 0..86400: from coarse to fine, and the finest picture that is whole counts; it "
+                  "seconds for records: from coarse to fine, and the finest picture that is whole counts; it "
                   "depends on the machine. 0 = none")
       ->check(numberFrom(0.0, 86400.0))
       ->capture_default_str()

@@ -109,6 +109,7 @@ int runReference(const ReferenceArguments& arguments) {
   if (!exponent) return fail(exponent.error());
   if (Status ok = checkGloss(arguments.aov == "glossy", exponent->has_value(), arguments.sceneOptions.gloss); !ok)
     return fail(ok.error());
+  if (Status ok = checkFalloff(arguments.aov == "occlusion", arguments.falloff); !ok) return fail(ok.error());
   if (Status ok = checkImageName(arguments.output); !ok) return fail(ok.error());
   Terminal terminal(arguments.terminal);
   Context& context = terminal.context();

@@ -82,6 +82,7 @@ Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequ
       return usage("--aov unbounced is of diffuse surfaces: leave out --gloss");
     if (aov == Aov::normal || aov == Aov::position || aov == Aov::depth) request.centres = true;
   }
+  if (Status ok = checkFalloff(request.occlusionFalloff.has_value(), arguments.falloff); !ok) return ok.error();
   if (std::find(aovs->begin(), aovs->end(), Aov::glossy) == aovs->end()) request.exponent.reset();
   if (request.live)
     request.live->lit =
@@ -100,6 +101,8 @@ Status checkLive(const RenderArguments& arguments, RenderRequest& request) {
     if (!arguments.bake.empty()) return usage("--live-cascades lights without a bake: leave out --bake");
     if (*rsm) return usage("--live-cascades: --live-transport rsm lights one volume; leave out one of the two");
   }
+  if (*rsm && arguments.liveRequest.rays != LiveRequest().rays)
+    return usage("--live-rays: --live-transport rsm casts none; leave out one of the two");
   request.live = arguments.liveRequest;
   request.live->rsm = *rsm;
   return done();
@@ -129,6 +132,7 @@ Status readOptions(const RenderArguments& arguments, RenderRequest& request) {
   if (!exponent) return exponent.error();
   request.exponent = *exponent;
   request.gloss = arguments.sceneOptions.gloss;
+  if (arguments.allowStale && arguments.bake.empty()) return usage("--allow-stale needs --bake");
   if (!arguments.editedFrom.empty() && arguments.bake.empty())
     return usage("--edited-from needs --bake, the bake of that level");
   if (arguments.editedFrom.empty() && (arguments.edit.reach > 0.0f || arguments.edit.fade > 0.0f))
@@ -314,12 +318,12 @@ void addRenderCommand(CLI::App& app, Action& action) {
   command
       ->add_option("--edit-reach", a->edit.reach,
                    "metres from such a part within which its change counts in full, with --edited-from; 0 = three "
-                   "times half of its diagonal, two cells at least [0..1e8]")
+                   "times half of its diagonal, two cells at least")
       ->check(numberFrom(0.0, kMaxLevelCoordinate))
       ->capture_default_str();
   command
       ->add_option("--edit-fade", a->edit.fade,
-                   "metres beyond that within which it fades to nothing; 0 = as many as the reach [0..1e8]")
+                   "metres beyond that within which it fades to nothing; 0 = as many as the reach")
       ->check(numberFrom(0.0, kMaxLevelCoordinate))
       ->capture_default_str();
   addViewOptions(*command, a->view);

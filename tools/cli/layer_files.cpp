@@ -93,7 +93,10 @@ Result<std::vector<Aov>> aovsByName(const std::vector<std::string>& wanted) {
       for (const std::string& n : names) known += (known.empty() ? "" : ", ") + n;
       return Error{ErrorCode::usage, "--aov: \"" + name + "\" found; there are: " + known};
     }
-    aovs.push_back(static_cast<Aov>(found - names.begin()));
+    const auto aov = static_cast<Aov>(found - names.begin());
+    if (std::find(aovs.begin(), aovs.end(), aov) != aovs.end())
+      return Error{ErrorCode::usage, "--aov: \"" + name + "\" found twice; name each once"};
+    aovs.push_back(aov);
   }
   return aovs;
 }

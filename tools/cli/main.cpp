@@ -25,7 +25,9 @@
 #include <exception>
 #include <new>
 #include <string>
+#include <string_view>
 #include <system_error>
+#include <vector>
 
 namespace relume {
 
@@ -116,10 +118,16 @@ int run(int argc, char** argv) {
   addCompletionCommand(app, action);
   addPagesCommand(app, action);
 
+  // `help COMMAND` is `COMMAND --help`.
+  std::vector<const char*> words(argv, argv + argc);
+  if (argc > 1 && std::string_view(argv[1]) == "help") {
+    words.erase(words.begin() + 1);
+    words.push_back("--help");
+  }
   GivenTexts given;
   applyOptionRules(app, given);
   try {
-    app.parse(argc, argv);
+    app.parse(static_cast<int>(words.size()), words.data());
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(e);  // --help, --version
     tellInJson(wantsJsonLines(app, given));

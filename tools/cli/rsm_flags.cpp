@@ -17,47 +17,46 @@ void addRsmFlags(CLI::App& command, CLI::Option* live, RsmFlags& flags) {
       ->check(CLI::IsMember({"voxels", "rsm"}))
       ->needs(live)
       ->capture_default_str();
-  command
-      .add_option(
-          "--rsm-size", r.side,
-          "texels along a side of a reflective shadow map, with --live-transport rsm; left out, 256, or 512 where "
-          "the maps light voxels as well: with --gloss, --aov glossy or voxels, in light that is reflected once")
-      ->check(CLI::Range(16, 2048))
-      ->needs(live);
-  command.add_option("--rsm-samples", r.options.samples, "samples of all maps for a cell in each frame")
-      ->check(CLI::Range(1, 4096))
-      ->needs(live)
-      ->capture_default_str();
-  command.add_option("--rsm-frames", r.frames, "frames of other samples that are averaged; 1 = as one frame shows it")
-      ->check(CLI::Range(1, 1024))
-      ->needs(live)
-      ->capture_default_str();
-  command
-      .add_option("--occupancy", flags.occupancy,
-                  "which cells are lit, with --live-transport rsm: all (none), those with voxels and their neighbours "
-                  "(voxels), those that the camera sees and their neighbours (depth; with --bounces 1)")
-      ->check(CLI::IsMember({"none", "voxels", "depth"}))
-      ->needs(live)
-      ->capture_default_str();
-  command
-      .add_option("--live-visibility", flags.visibility,
-                  "what hides light from a cell, with --live-transport rsm: nothing (none), voxels at a few places of "
-                  "its way (sampled), all voxels on it (exact)")
-      ->check(CLI::IsMember({"none", "sampled", "exact"}))
-      ->needs(live)
-      ->capture_default_str();
-  command.add_option("--presence", r.presence, "factor on the light of the cells, with --live-transport rsm [0..100]")
-      ->check(numberFrom(0.0, 100.0))
-      ->needs(live)
-      ->capture_default_str();
-  command.add_option("--bleeding", r.bleeding, "factor on its colour, with --live-transport rsm; 0 = grey [0..100]")
-      ->check(numberFrom(0.0, 100.0))
-      ->needs(live)
-      ->capture_default_str();
+  flags.options = {
+      command
+          .add_option(
+              "--rsm-size", r.side,
+              "texels along a side of a reflective shadow map, with --live-transport rsm; left out, 256, or 512 where "
+              "the maps light voxels as well: with --gloss, --aov glossy or voxels, in light that is reflected once")
+          ->check(CLI::Range(16, 2048)),
+      command.add_option("--rsm-samples", r.options.samples, "samples of all maps for a cell in each frame")
+          ->check(CLI::Range(1, 4096))
+          ->capture_default_str(),
+      command
+          .add_option("--rsm-frames", r.frames, "frames of other samples that are averaged; 1 = as one frame shows it")
+          ->check(CLI::Range(1, 1024))
+          ->capture_default_str(),
+      command
+          .add_option("--occupancy", flags.occupancy,
+                      "which cells are lit, with --live-transport rsm: all (none), those with voxels and their "
+                      "neighbours (voxels), those that the camera sees and their neighbours (depth; with --bounces 1)")
+          ->check(CLI::IsMember({"none", "voxels", "depth"}))
+          ->capture_default_str(),
+      command
+          .add_option("--live-visibility", flags.visibility,
+                      "what hides light from a cell, with --live-transport rsm: nothing (none), voxels at a few places "
+                      "of its way (sampled), all voxels on it (exact)")
+          ->check(CLI::IsMember({"none", "sampled", "exact"}))
+          ->capture_default_str(),
+      command.add_option("--presence", r.presence, "factor on the light of the cells, with --live-transport rsm")
+          ->check(numberFrom(0.0, 100.0))
+          ->capture_default_str(),
+      command.add_option("--bleeding", r.bleeding, "factor on its colour, with --live-transport rsm; 0 = grey")
+          ->check(numberFrom(0.0, 100.0))
+          ->capture_default_str()};
+  for (CLI::Option* const option : flags.options) option->needs(live);
 }
 
 Result<std::optional<RsmRequest>> readRsm(const RsmFlags& flags, const Bands& bands, int bounces) {
   if (flags.transport == "voxels") {
+    for (const CLI::Option* const option : flags.options) {
+      if (option->count() > 0) return usage(option->get_name() + " needs --live-transport rsm");
+    }
     if (bands.luma > 0) return usage("--bands with --live needs --live-transport rsm");
     return std::optional<RsmRequest>();
   }

@@ -70,16 +70,18 @@ Result<Relighter> makeRelighter(const Bake& bake, int bands, Context& context) {
   return Relighter::create(bake, options);
 }
 
-Status relight(const Bake& bake, Relighter& relighter, const Lighting& lighting,
-               const std::vector<std::string>& emitters) {
+// Whether it converged. Light of surfaces that absorb none grows for ever where none of it leaves.
+Result<bool> relight(const Bake& bake, Relighter& relighter, const Lighting& lighting,
+                     const std::vector<std::string>& emitters) {
   const std::vector<glm::vec3> emission = emissionOf(bake, emitters);
   LightSetup setup;
   setup.lights = lighting.lights;
   setup.surfelEmission = emission;
   setup.skyRadiance = glm::vec3(lighting.sky ? 1.0f : 0.0f);
   relighter.reset();
-  if (const Result<int> frames = relightUntilConverged(relighter, setup); !frames) return frames.error();
-  return done();
+  const Result<int> frames = relightUntilConverged(relighter, setup, kCompareTolerance, kMaxCompareFrames);
+  if (!frames) return frames.error();
+  return *frames < kMaxCompareFrames;
 }
 
 // A bake as the caches are read, and as receivers read it.
@@ -356,15 +358,17 @@ Result<LightDifference> compareLight(const Bake& a, const Bake& b, const Scene* 
   if (!relightersB) return relightersB.error();
   d.greatestChange.assign(d.match.pairs.size(), 0.0f);
   for (std::size_t i = 0; i < lightings.size(); ++i) {
+    bool converged = true;
     for (const bool second : {false, true}) {
       TwoRelighters& relighters = second ? *relightersB : *relightersA;
       for (Relighter* relighter : {&relighters.caches, &relighters.receivers}) {
         if (!context.progress("relight", static_cast<double>(i) / static_cast<double>(lightings.size())))
           context.cancel();
         if (context.cancelled()) return cancelledError();
-        const Status lit =
+        const Result<bool> lit =
             relight(second ? b : a, *relighter, lightings[i], second ? lightings[i].emittersB : lightings[i].emittersA);
         if (!lit) return lit.error();
+        converged = converged && *lit;
       }
     }
     const CacheReader readerA(a, relightersA->caches), readerB(b, relightersB->caches);
@@ -372,6 +376,7 @@ Result<LightDifference> compareLight(const Bake& a, const Bake& b, const Scene* 
     LightingDifference& l = d.lightings.back();
     l.receivers = compareReceivers(d.receivers, ignoredGroups, relightersA->receivers, relightersB->receivers);
     l.counted = !off[i];
+    l.converged = converged;
     if (!l.counted) continue;
     keepWorstReceivers(l, d);
     d.maxRmse = std::max(d.maxRmse, l.rmse);

@@ -213,10 +213,9 @@ std::string lightPanel(const Json& light) {
   std::string rows =
       row({"lighting", "RMSE", "", "mean", "95&nbsp;%", "worst", "&Delta;E mean", "&Delta;E worst"}, "th");
   for (const Json& l : light["lightings"])
-    rows += row({escaped(lightingText(l)) + (l["counted"].get<bool>() ? "" : " (ignored)"), percent(l["rmse"]),
-                 meter(reportNumber(l["rmse"]) / max), percent(l["change"]["mean"]), percent(l["change"]["p95"]),
-                 percent(l["change"]["max"]), fixed(reportNumber(l["deltaE"]["mean"]), 2),
-                 fixed(reportNumber(l["deltaE"]["max"]), 2)});
+    rows += row({escaped(lightingText(l)) + lightingNote(l), percent(l["rmse"]), meter(reportNumber(l["rmse"]) / max),
+                 percent(l["change"]["mean"]), percent(l["change"]["p95"]), percent(l["change"]["max"]),
+                 fixed(reportNumber(l["deltaE"]["mean"]), 2), fixed(reportNumber(l["deltaE"]["max"]), 2)});
   std::string worst = row({"place [m]", "node", "lighting", "change", "&Delta;E"}, "th");
   int at = 0;
   for (const Json& w : light["worst"])
@@ -238,8 +237,8 @@ std::string receiversPanel(const Json& light) {
   const Json& r = light["receivers"];
   std::string rows = row({"lighting", "surfaces", "air"}, "th");
   for (const Json& l : light["lightings"])
-    rows += row({escaped(lightingText(l)) + (l["counted"].get<bool>() ? "" : " (ignored)"),
-                 percent(l["receivers"]["surfaces"]), percent(l["receivers"]["air"])});
+    rows += row({escaped(lightingText(l)) + lightingNote(l), percent(l["receivers"]["surfaces"]),
+                 percent(l["receivers"]["air"])});
   std::string groups = row({"node", "lighting", "receivers", "change"}, "th");
   for (std::size_t i = 0; i < std::min<std::size_t>(20, r["groups"].size()); ++i) {
     const Json& g = r["groups"][i];

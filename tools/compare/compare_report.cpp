@@ -253,9 +253,12 @@ Json describeReceivers(const LightDifference& d) {
 
 Json describeLight(const LightDifference& d) {
   Json lightings = Json::array(), worst = Json::array(), nodes = Json::array();
+  bool converged = true;
   for (const LightingDifference& l : d.lightings) {
+    converged = converged && l.converged;
     lightings.push_back({{"name", l.name},
                          {"counted", l.counted},
+                         {"converged", l.converged},
                          {"rmse", l.rmse},
                          {"meanA", l.meanA},
                          {"meanB", l.meanB},
@@ -276,7 +279,10 @@ Json describeLight(const LightDifference& d) {
                      {"irradianceB", vec3(w.b)}});
   for (const NodeDifference& n : d.nodes)
     nodes.push_back({{"node", n.node}, {"caches", n.caches}, {"meanChange", n.meanChange}, {"maxChange", n.maxChange}});
-  return {{"method", "relit on the CPU to convergence; punctual lights without shadows"},
+  const std::string frames = std::to_string(kMaxCompareFrames);
+  return {{"method", "relit on the CPU " +
+                         (converged ? "to convergence" : "until converged, at most " + frames + " frames") +
+                         "; punctual lights without shadows"},
           {"lightings", lightings},
           {"maxRmse", d.maxRmse},
           {"maxChange", d.maxChange},

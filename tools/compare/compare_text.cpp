@@ -87,8 +87,7 @@ void printLight(std::string& text, const Json& light) {
     const Json &c = l["change"], &e = l["deltaE"];
     line(text, "  %-28s %8.2f%% %8.2f%% %8.2f%% %8.2f%% %9.2f %9.2f%s", lightingText(l).c_str(),
          100 * reportNumber(l["rmse"]), 100 * reportNumber(c["mean"]), 100 * reportNumber(c["p95"]),
-         100 * reportNumber(c["max"]), reportNumber(e["mean"]), reportNumber(e["max"]),
-         l["counted"].get<bool>() ? "" : "  (ignored)");
+         100 * reportNumber(c["max"]), reportNumber(e["mean"]), reportNumber(e["max"]), lightingNote(l).c_str());
   }
   if (!light["worst"].empty()) line(text, "Worst places:");
   for (const Json& w : light["worst"]) {
@@ -112,7 +111,7 @@ void printReceivers(std::string& text, const Json& light) {
   line(text, "  %-28s %9s %9s", "lighting", "surfaces", "air");
   for (const Json& l : light["lightings"])
     line(text, "  %-28s %8.2f%% %8.2f%%%s", lightingText(l).c_str(), 100 * reportNumber(l["receivers"]["surfaces"]),
-         100 * reportNumber(l["receivers"]["air"]), l["counted"].get<bool>() ? "" : "  (ignored)");
+         100 * reportNumber(l["receivers"]["air"]), lightingNote(l).c_str());
   constexpr std::size_t kShown = 10;
   for (std::size_t i = 0; i < std::min(kShown, r["groups"].size()); ++i) {
     const Json& g = r["groups"][i];
@@ -154,6 +153,11 @@ std::string reportText(const Json& value) {
 std::string lightingText(const Json& lighting) {
   const std::string name = reportText(lighting["name"]);
   return lighting.contains("was") ? name + ", was " + reportText(lighting["was"]) : name;
+}
+
+std::string lightingNote(const Json& lighting) {
+  return std::string(lighting["counted"].get<bool>() ? "" : " (ignored)") +
+         (lighting["converged"].get<bool>() ? "" : " (not converged)");
 }
 
 double reportNumber(const Json& value) { return value.is_number() ? value.get<double>() : 0.0; }

@@ -212,7 +212,8 @@ Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, c
       }
       continue;
     }
-    const float far = farthest(level, light.positionWorld), near = std::max(0.01f, 1e-4f * far);
+    const float far = farthest(level, light.positionWorld);
+    const float near = std::max(std::min(0.01f, 5e-3f * far), 1e-4f * far);  // 1 cm, but less in tiny levels
     map.light = glm::vec4(light.positionWorld, 1.0f / far);
     if (needsCube(light)) {
       map.layer = {1.0f, static_cast<float>(cube), 4.0f * kSideTangent / static_cast<float>(size_), 0.0f};

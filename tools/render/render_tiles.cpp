@@ -35,7 +35,10 @@ glm::mat4 tileClip(const RenderRequest& request, const GlLevel& level, const Til
     nearest = i == 0 ? along : std::min(nearest, along);
   }
   far = 1.01f * far + 0.1f;
-  const float near = std::max({std::min(request.camera.znear, 0.05f), 1e-4f * far, 0.99f * nearest - 0.1f});
+  // Levels of a few centimetres are not cut off, whatever the camera says.
+  const float across = glm::distance(level.boundsMin(), level.boundsMax());
+  const float near =
+      std::max({std::min({request.camera.znear, 0.05f, 0.02f * across}), 1e-4f * far, 0.99f * nearest - 0.1f});
   const float halfWidth = glm::length(rays.right), halfHeight = glm::length(rays.up);
   const glm::mat4 project = rays.orthographic ? glm::ortho(-halfWidth, halfWidth, -halfHeight, halfHeight, 0.0f, far)
                                               : glm::frustum(-halfWidth * near, halfWidth * near, -halfHeight * near,

@@ -227,10 +227,14 @@ void addGlossOption(CLI::App& command, bool& gloss) {
 void addFalloffOption(CLI::App& command, float& falloff) {
   command
       .add_option("--occlusion-falloff", falloff,
-                  "with --aov occlusion: what is d metres away hides by 1 / (1 + this d); 0: at any distance alike "
-                  "[0..1e6]")
+                  "with --aov occlusion: what is d metres away hides by 1 / (1 + this d); 0: at any distance alike")
       ->check(numberFrom(0.0, 1e6))
       ->capture_default_str();
+}
+
+Status checkFalloff(bool occlusionIsDrawn, float falloff) {
+  if (!occlusionIsDrawn && falloff != kOcclusionFalloff) return usage("--occlusion-falloff needs --aov occlusion");
+  return done();
 }
 
 Status checkGloss(bool glossyIsDrawn, bool hasExponent, bool gloss) {
@@ -267,6 +271,7 @@ Result<View> readView(const ViewOptions& options) {
   const std::optional<float> rotation = finiteNumber(options.skyRotation);
   if (!rotation || std::abs(*rotation) > 360.0f)
     return usage("--sky-rotation: degrees of -360 to 360 expected, \"" + options.skyRotation + "\" found");
+  if (*rotation != 0.0f && options.skyMap.empty()) return usage("--sky-rotation needs --sky-map");
   view.sky.rotationDeg = *rotation;
   return view;
 }

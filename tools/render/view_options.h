@@ -52,6 +52,8 @@ void addGlossOption(CLI::App& command, bool& gloss);
 // --occlusion-falloff [1/m].
 inline constexpr float kOcclusionFalloff = 1.0f;
 void addFalloffOption(CLI::App& command, float& falloff);
+// usage: another than the default, and no --aov occlusion.
+Status checkFalloff(bool occlusionIsDrawn, float falloff);
 // usage: --aov glossy without a lobe, or with both kinds.
 Status checkGloss(bool glossyIsDrawn, bool hasExponent, bool gloss);
 

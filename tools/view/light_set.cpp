@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <map>
 
 namespace relume {
 namespace {
@@ -26,6 +27,21 @@ SceneLight toSceneLight(const ViewedLight& viewed) {
   scene.innerConeRad = light.innerConeRad;
   scene.outerConeRad = light.outerConeRad;
   return scene;
+}
+
+// The one of that name and number among those of the name, or null.
+const ViewedLight* lightNamed(std::span<const ViewedLight> lights, const std::string& name, std::size_t number) {
+  for (const ViewedLight& light : lights) {
+    if (light.name == name && number-- == 0) return &light;
+  }
+  return nullptr;
+}
+
+// `light` where it is on and orbits as `like` does.
+ViewedLight switchedAs(ViewedLight light, const ViewedLight& like) {
+  light.on = like.on;
+  light.orbits = like.orbits;
+  return light;
 }
 
 const char* kindName(LightKind kind) {
@@ -79,6 +95,25 @@ ViewedLight newLight(LightKind kind, const FlyCamera& camera, std::span<const Vi
   viewed.light.outerConeRad = 0.6f;
   viewed.on = lightsOn(lights) < kMaxLightsOn;
   return viewed;
+}
+
+std::vector<ViewedLight> followFile(std::span<const ViewedLight> lights, std::span<const ViewedLight> before,
+                                    std::span<const ViewedLight> now) {
+  std::vector<ViewedLight> followed;
+  std::map<std::string, std::size_t> shown, added;  // so far, by name
+  for (const ViewedLight& light : lights) {
+    const std::size_t number = shown[light.name]++;
+    const ViewedLight* const was = lightNamed(before, light.name, number);
+    if (was == nullptr || !(switchedAs(*was, light) == light)) {
+      followed.push_back(light);
+    } else if (const ViewedLight* const is = lightNamed(now, light.name, number)) {
+      followed.push_back(switchedAs(*is, light));
+    }
+  }
+  for (const ViewedLight& light : now) {
+    if (lightNamed(before, light.name, added[light.name]++) == nullptr) followed.push_back(light);
+  }
+  return followed;
 }
 
 Result<std::vector<ViewedLight>> loadLightSet(const std::filesystem::path& path, std::size_t before) {

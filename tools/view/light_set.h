@@ -30,6 +30,12 @@ ViewedLight newLight(LightKind kind, const FlyCamera& camera, std::span<const Vi
 // `base`, or with a number behind it when there is a light of that name.
 std::string freeName(const std::string& base, std::span<const ViewedLight> lights);
 
+// Lights of the window once the level's file, which had the lights `before`, has `now`: those that are as the file had
+// them follow it, on and orbiting as they are; those that were edited, added or removed in the window stay so. The
+// first of a name in one list is the first in the others.
+std::vector<ViewedLight> followFile(std::span<const ViewedLight> lights, std::span<const ViewedLight> before,
+                                    std::span<const ViewedLight> now);
+
 // The lights of a file, all of them on; one without a name is "light <number>", counted from `before` + 1. Errors of
 // readLightsFile(); unsupported: more than kMaxLightsOn.
 Result<std::vector<ViewedLight>> loadLightSet(const std::filesystem::path& path, std::size_t before = 0);

@@ -84,7 +84,7 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   app.add_option("--sky-map", o.skyMap,
                  "equirectangular sky, OpenEXR or Radiance HDR, in W/m²/sr, as `relume render` reads it")
       ->type_name("FILE");
-  app.add_option("--sky-rotation", o.skyRotationDeg, "degrees by which the sky map is turned about +Y, -360..360")
+  app.add_option("--sky-rotation", o.skyRotationDeg, "degrees by which the sky map is turned about +Y")
       ->check(numberFrom(-360.0, 360.0))
       ->capture_default_str();
   addEmissionOption(app, emissions);
@@ -100,10 +100,10 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
       ->capture_default_str();
   addGlossOption(app, o.sceneOptions.gloss);
   app.add_option("--reflectance", o.reflectance,
-                 "share of light that all surfaces mirror, 0..1; the rest they scatter; without --gloss")
+                 "share of light that all surfaces mirror; the rest they scatter; without --gloss")
       ->check(numberFrom(0.0, 1.0))
       ->capture_default_str();
-  app.add_option("--roughness", o.roughness, "how wide they mirror it, 0..1; the caches' bands carry 0.6 and up")
+  app.add_option("--roughness", o.roughness, "how wide they mirror it; the caches' bands carry 0.6 and up")
       ->check(numberFrom(0.0, 1.0))
       ->capture_default_str();
   app.add_flag("--cones", o.cones,
@@ -152,6 +152,7 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   }
   if (!parseSize(size, o.width, o.height))
     return Error{ErrorCode::usage, "--size: WIDTHxHEIGHT of 16..8192 pixels each expected, \"" + size + "\" found"};
+  if (o.skyRotationDeg != 0.0f && o.skyMap.empty()) return Error{ErrorCode::usage, "--sky-rotation needs --sky-map"};
   const auto stops = readExposure(exposure);
   if (!stops) return stops.error();
   o.exposure = *stops;

@@ -53,8 +53,8 @@ class Session {
   // life.
   Session(ViewState first, const ViewerOptions& options, GetProcAddress getProcAddress);
 
-  // Show a level. Another bake of the level that is shown takes over its light, lights and camera. Errors of Viewer and
-  // initialState(): what is shown stays.
+  // Show a level. Another bake of the level that is shown takes over its light, its camera and what was edited; lights
+  // and emitters that were not are those of the level's file. Errors of Viewer and initialState(): what is shown stays.
   Status show(LevelPtr next);
   // Begin to load or bake a level; what was being loaded is cancelled. `scene`: loadScene() of it, where that is done.
   void begin(LevelFiles files, std::optional<Scene> scene = {});

@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 namespace relume {
@@ -20,6 +22,18 @@ std::vector<ViewedObject> keptObjects(const std::vector<ViewedObject>& before, s
       return b.name == object.name && b.home == object.home;
     });
     if (same != before.end()) object.position = same->position;
+  }
+  return now;
+}
+
+// Emitters of the level, as they have been changed where they are not as the level had them `before`.
+std::vector<ViewedEmitter> keptEmitters(const std::vector<ViewedEmitter>& shown,
+                                        const std::vector<ViewedEmitter>& before, std::vector<ViewedEmitter> now) {
+  for (ViewedEmitter& emitter : now) {
+    const auto is = std::ranges::find(shown, emitter.name, &ViewedEmitter::name);
+    const auto was = std::ranges::find(before, emitter.name, &ViewedEmitter::name);
+    if (is == shown.end() || was == before.end()) continue;
+    if (is->isDriven != was->isDriven || is->radiance != was->radiance) emitter = *is;
   }
   return now;
 }
@@ -41,9 +55,14 @@ Status Session::show(LevelPtr next) {
   // The level of the command line has the state that this began with.
   const bool isFirst = !level && next->sceneFile == options_.scene;
   ViewState wanted = state;
+  FileParts before, now;  // of the level that is shown, where it has changed
   pick_.reset();
   if (isSame) {
+    before = {lightsOf(level->scene, options_.lights), emittersOf(level->scene, options_.driven)};
+    now = {lightsOf(next->scene, options_.lights), emittersOf(next->scene, options_.driven)};
+    wanted.lights = followFile(state.lights, before.lights, now.lights);
     wanted.objects = keptObjects(state.objects, objectsOf(next->scene, next->movable()));
+    wanted.emitters = keptEmitters(state.emitters, before.emitters, now.emitters);
   } else if (!isFirst) {
     // Names of the first level's cameras and lights say nothing of this one.
     options_.camera.clear();
@@ -59,6 +78,15 @@ Status Session::show(LevelPtr next) {
   auto made = Viewer::create(*next, options_.shadowSize, wanted, getProcAddress_, isSame ? &*viewer : nullptr);
   if (!made) return made.error();
   viewer.emplace(std::move(*made));
+  // A light that is gone from the file has left its place to the next.
+  const std::optional<std::size_t> selected = editor.selected();
+  const auto isThere = [&](std::size_t i) {
+    return i < wanted.lights.size() && wanted.lights[i].name == state.lights[i].name;
+  };
+  if (!isSame || (selected && !isThere(*selected))) {
+    editor.cancelDrag(state.lights);
+    editor.select({});
+  }
   level = std::move(next);
   watch_ = FileWatch(level->bakeFile, level->bakeStamp);
   state = std::move(wanted);
@@ -69,10 +97,8 @@ Status Session::show(LevelPtr next) {
   }
   objects.select({});
   if (isSame) {
-    edits.replace(state);
+    edits.replace(state, before, now);
   } else {
-    editor.cancelDrag(state.lights);
-    editor.select({});
     edits.begin(state);
   }
   if (state.sky.map && level->isBaked && level->bake.hierarchy.skyDirection.empty())

@@ -7,17 +7,25 @@
 
 #include <glm/vec3.hpp>
 
+#include <string>
 #include <vector>
 
 namespace relume {
+
+// What a level's file has of all that.
+struct FileParts {
+  std::vector<ViewedLight> lights;
+  std::vector<ViewedEmitter> emitters;
+};
 
 class ViewEdits {
  public:
   // Begin with a state, forgetting what was edited before.
   void begin(const ViewState& state);
-  // Take a state for the one that is, and keep what can be undone: another bake of the level is shown. What that level
-  // has more or fewer of than it had stays as it is by undo and redo.
-  void replace(const ViewState& state);
+  // Take a state for the one that is: another bake of the level is shown, whose file had `before` and has `now`. What
+  // can be undone is kept, and follows the file where it is as the file had it. What else the level has more or fewer
+  // of than it had stays as it is by undo and redo.
+  void replace(const ViewState& state, const FileParts& before, const FileParts& now);
 
   // Note an edit, once it is over and nothing is dragged.
   void commit(const ViewState& state);
@@ -28,6 +36,7 @@ class ViewEdits {
 
  private:
   struct Emitter {
+    std::string name;
     bool isDriven;
     glm::vec3 radiance;
     bool operator==(const Emitter&) const = default;

@@ -20,18 +20,15 @@
 namespace relume {
 namespace {
 
+bool isNamed(const std::vector<std::string>& names, const char* name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
 // Which lights of the scene are on at the start.
 Status switchLights(const Scene& scene, const std::vector<std::string>& parts, ViewState& state) {
   const std::vector<std::string> names = lightNames(parts, scene);
-  const auto named = [&](const std::string& name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  };
-  state.emission = named("all") || named("emissive") ? 1.0f : 0.0f;
-  for (const SceneLight& light : scene.lights)
-    state.lights.push_back({light.name, toRuntimeLight(light),
-                            named("all") || std::any_of(names.begin(), names.end(),
-                                                        [&](const std::string& n) { return isCalled(light, n); }),
-                            false, light.positionWorld});
+  state.emission = isNamed(names, "all") || isNamed(names, "emissive") ? 1.0f : 0.0f;
+  state.lights = lightsOf(scene, parts);
   for (const std::string& name : names) {
     const bool known =
         name == "all" || name == "none" || name == "emissive" ||
@@ -74,6 +71,17 @@ bool ViewedLight::operator==(const ViewedLight& other) const {
          a.intensity == b.intensity && a.range == b.range && a.innerConeRad == b.innerConeRad &&
          a.outerConeRad == b.outerConeRad &&
          (orbits || (a.positionWorld == b.positionWorld && a.direction == b.direction));
+}
+
+std::vector<ViewedLight> lightsOf(const Scene& scene, const std::vector<std::string>& on) {
+  const std::vector<std::string> names = lightNames(on, scene);
+  std::vector<ViewedLight> lights;
+  for (const SceneLight& light : scene.lights) {
+    const bool isOn = isNamed(names, "all") ||
+                      std::any_of(names.begin(), names.end(), [&](const std::string& n) { return isCalled(light, n); });
+    lights.push_back({light.name, toRuntimeLight(light), isOn, false, light.positionWorld});
+  }
+  return lights;
 }
 
 std::vector<ViewedEmitter> emittersOf(const Scene& scene, const std::vector<DrivenMaterial>& driven) {

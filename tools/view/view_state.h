@@ -128,6 +128,9 @@ struct ViewState {
 // does. usage: a camera or light the scene does not know.
 Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options);
 
+// The lights of a level; those that --lights names are on.
+std::vector<ViewedLight> lightsOf(const Scene& scene, const std::vector<std::string>& on);
+
 // Its drivable materials, of which those of `driven` are driven.
 std::vector<ViewedEmitter> emittersOf(const Scene& scene, const std::vector<DrivenMaterial>& driven);
 

@@ -214,7 +214,8 @@ Result<std::vector<glm::vec3>> Viewer::irradiance(const ViewState& state, std::u
 
 glm::mat4 Viewer::clipFromWorld(const FlyCamera& camera, float aspect) const {
   const float far = levelSize() + glm::length(camera.position - 0.5f * (level_.boundsMin() + level_.boundsMax()));
-  return camera.clipFromWorld(aspect, std::max(0.02f, 5e-4f * far), far);
+  // 2 cm, but less in levels of a few centimetres.
+  return camera.clipFromWorld(aspect, std::max(std::min(0.02f, 8e-3f * far), 5e-4f * far), far);
 }
 
 // Depths alone, so that each pixel is shaded once.
