@@ -59,7 +59,7 @@ const char* relume_context_error(const relume_context* context) {
 unsigned int relume_api_version(void) { return RELUME_API_VERSION; }
 const char* relume_version(void) { return RELUME_VERSION; }
 const char* relume_status_text(relume_status status) {
-  switch (status) {
+  switch (numberOf(status)) {
     case RELUME_OK:
       return "ok";
     case RELUME_ERROR_USAGE:

@@ -117,6 +117,15 @@ void destroyHandle(T* handle) noexcept {
 inline Error usage(std::string text) { return {ErrorCode::usage, std::move(text)}; }
 inline Error nullPointer(const std::string& name) { return usage(name + " is null"); }
 
+// A host's enumeration as a number: C may put any into one, and C++ may not read those that name none.
+template <class E>
+int numberOf(const E& value) {
+  static_assert(sizeof(E) == sizeof(int));
+  int number = 0;
+  std::memcpy(&number, &value, sizeof number);
+  return number;
+}
+
 inline relume_status statusOf(ErrorCode code) {
   switch (code) {
     case ErrorCode::usage:

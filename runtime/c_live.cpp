@@ -65,12 +65,10 @@ relume_status relume_live_create(relume_context* context, const relume_live_desc
   return runToMake(context, live, "live", [&]() -> Status {
     relume_live_desc read{};
     if (Status ok = readStruct(desc, sizeof read.struct_size + 1, "desc", read); !ok) return ok;
-    if (read.backend != RELUME_BACKEND_CPU && read.backend != RELUME_BACKEND_GL)
-      return usage("desc.backend is " + std::to_string(static_cast<int>(read.backend)) + ", expected CPU 0 or GL 1");
+    relume::LiveLightOptions options;
+    if (Status ok = readBackend(read.backend, options.backend); !ok) return ok;
     Geometry geometry;
     if (Status ok = readGeometry(read, geometry); !ok) return ok;
-    relume::LiveLightOptions options;
-    options.backend = read.backend == RELUME_BACKEND_GL ? relume::BackendKind::gl : relume::BackendKind::cpu;
     options.boxMin = vec3(read.box_min);
     options.boxMax = vec3(read.box_max);
     if (read.cells != 0) options.cells = read.cells;

@@ -44,10 +44,8 @@ relume_status relume_relighter_create(relume_bake* bake, const relume_relighter_
     if (desc != nullptr) {
       if (Status ok = readStruct(desc, sizeof read.struct_size + 1, "desc", read); !ok) return ok;
     }
-    if (read.backend != RELUME_BACKEND_CPU && read.backend != RELUME_BACKEND_GL)
-      return usage("desc.backend is " + std::to_string(static_cast<int>(read.backend)) + ", expected CPU 0 or GL 1");
     relume::RelightOptions options;
-    options.backend = read.backend == RELUME_BACKEND_GL ? relume::BackendKind::gl : relume::BackendKind::cpu;
+    if (Status ok = readBackend(read.backend, options.backend); !ok) return ok;
     options.lumaBands = read.luma_bands;
     options.chromaBands = read.chroma_bands;
     options.glossy = read.glossy != 0;
@@ -165,7 +163,7 @@ relume_status relume_irradiance_in_grid(const relume_relighter* relighter, size_
 relume_status relume_irradiance_in_grid_by(const relume_relighter* relighter, relume_grid_lookup lookup, size_t count,
                                            const float* positions, const float* normals, float* irradiance) {
   return run(relighter, [&]() -> Status {
-    const auto kind = static_cast<int>(lookup);
+    const int kind = numberOf(lookup);
     if (kind < 0 || kind > RELUME_GRID_SMOOTH)
       return usage("lookup is " + std::to_string(kind) + ", expected 0 to " + std::to_string(RELUME_GRID_SMOOTH));
     if (count == 0) return relume::done();

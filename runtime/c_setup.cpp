@@ -7,6 +7,14 @@
 
 namespace relume::c {
 
+Status readBackend(const relume_backend& from, BackendKind& to) {
+  const int backend = numberOf(from);
+  if (backend != RELUME_BACKEND_CPU && backend != RELUME_BACKEND_GL)
+    return usage("desc.backend is " + std::to_string(backend) + ", expected CPU 0 or GL 1");
+  to = backend == RELUME_BACKEND_GL ? BackendKind::gl : BackendKind::cpu;
+  return done();
+}
+
 ParallelFor parallelForOf(const Host& context) {
   if (context.parallelFor == nullptr) return {};
   return [host = &context](std::uint32_t tasks, const std::function<void(std::uint32_t)>& body) {
@@ -22,12 +30,13 @@ Status readLights(const relume_light_setup& read, std::pmr::vector<Light>& light
   lights.clear();
   for (std::size_t i = 0; i < read.light_count; ++i) {
     const relume_light& from = read.lights[i];
-    if (from.kind < RELUME_DIRECTIONAL || from.kind > RELUME_SPOT) {
-      return usage("light setup: lights[" + std::to_string(i) + "].kind is " +
-                   std::to_string(static_cast<int>(from.kind)) + ", expected directional 0, point 1 or spot 2");
+    const int kind = numberOf(from.kind);
+    if (kind < RELUME_DIRECTIONAL || kind > RELUME_SPOT) {
+      return usage("light setup: lights[" + std::to_string(i) + "].kind is " + std::to_string(kind) +
+                   ", expected directional 0, point 1 or spot 2");
     }
     Light light;
-    light.kind = static_cast<LightKind>(from.kind);
+    light.kind = static_cast<LightKind>(kind);
     light.intensity = vec3(from.intensity);
     light.positionWorld = vec3(from.position);
     light.direction = vec3(from.direction);

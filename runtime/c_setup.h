@@ -23,6 +23,8 @@ inline std::span<const glm::vec3> vectors(const float* v, std::size_t count) {
 }
 inline std::span<glm::vec3> vectors(float* v, std::size_t count) { return {reinterpret_cast<glm::vec3*>(v), count}; }
 
+// usage: a backend that there is not.
+Status readBackend(const relume_backend& from, BackendKind& to);
 // The host outlives what calls it. One pointer: std::function allocates nothing for it.
 ParallelFor parallelForOf(const Host& context);
 

@@ -149,6 +149,7 @@ Result<GpuPasses> GpuPasses::create(const Bake& bake, const RelightOptions& opti
 }
 
 Status GpuPasses::checkDevice(const GpuDevice& device) const {
+  if (Status ok = checkLimits(device); !ok) return ok;
   const Error other{ErrorCode::unsupported, "GpuPasses are for a device of other limits: make them with gpuDeviceOf()"};
   if (state_->device.groups > device.groups || state_->plan->sharedBytes() > device.sharedBytes) return other;
   for (const GpuBindingSet& set : bindingSets()) {

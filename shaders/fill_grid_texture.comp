@@ -3,6 +3,7 @@
 // each cache that has a part in it; 1: of each texel the sum over its caches. runtime/cpu/grid_vectors.cpp is the same
 // arithmetic; a test runs both.
 #include "shared/layout.h"
+#include "lib/pack.glsl"
 
 layout(local_size_x = RELUME_FILL_GROUP) in;
 
@@ -120,8 +121,9 @@ void main() {
   vec2 chroma = (half_ & 1u) == 0u ? vec2(co[half_ >> 1], cg[half_ >> 1]) : -vec2(co[half_ >> 1], cg[half_ >> 1]);
   uvec3 at = uvec3(point % relumeResolution.x, point / relumeResolution.x % relumeResolution.y, point / (relumeResolution.x * relumeResolution.y));
   at.z += half_ * (relumeResolution.z + 1u);
-  const float largest = 65504.0;
-  imageStore(relumeTexels, ivec3(at), vec4(clamp(luma, -largest, largest), known));
-  imageStore(relumeTexelChroma, ivec3(at), vec4(clamp(chroma, -largest, largest), 0.0, 0.0));
+  // One factor on all of the texel's light, so that it keeps colour and direction.
+  float scale = relumeHalfScale(max(relumeLargest(vec4(luma, 0.0)), relumeLargest(vec4(chroma, 0.0, 0.0))));
+  imageStore(relumeTexels, ivec3(at), vec4(scale * luma, known));
+  imageStore(relumeTexelChroma, ivec3(at), vec4(scale * chroma, 0.0, 0.0));
 }
 #endif

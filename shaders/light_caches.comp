@@ -193,10 +193,7 @@ void addLink(uint link) {
 }
 #endif
 
-uvec2 pack(vec4 v) {
-  v = clamp(v, -65504.0, 65504.0);
-  return uvec2(packHalf2x16(v.xy), packHalf2x16(v.zw));
-}
+uvec2 pack(vec4 v) { return uvec2(packHalf2x16(v.xy), packHalf2x16(v.zw)); }
 
 // As pack() rounds it.
 vec4 rounded(vec4 v) {
@@ -204,7 +201,8 @@ vec4 rounded(vec4 v) {
   return vec4(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y));
 }
 
-// Store the sums of a group whose threads share caches.
+// Store the sums of a group whose threads share caches. What halves do not hold dims a cache as a whole: coefficients
+// that are clipped one by one are another colour from another direction.
 void storeShared(uint cache, uint row, uint lane, bool inside) {
   // Add up the lanes, a word each.
   for (int w = 0; w < RELUME_LUMA_WORDS; ++w) partial[row][w][lane] = y[w];
@@ -217,34 +215,42 @@ void storeShared(uint cache, uint row, uint lane, bool inside) {
     vec4 sum = vec4(0.0);
     // Start at a lane of one's own: no two threads on one bank of shared memory.
     for (uint k = 0u; k < uint(RELUME_LANES); ++k) sum += partial[row][w][(k + w) % uint(RELUME_LANES)];
-#if RELUME_MAP
-    partial[row][w][0] = rounded(sum);
-#else
-    if (inside) cacheWord[cache * uint(RELUME_WORDS) + w] = pack(sum);
-#endif
+    partial[row][w][0] = sum;
   }
-#if RELUME_MAP
   barrier();
   if (!inside) return;
+  float largest = 0.0;
+  for (int w = 0; w < RELUME_WORDS; ++w) largest = max(largest, relumeLargest(partial[row][w][0]));
+  float scale = relumeHalfScale(largest);
+#if RELUME_MAP
   uint firstTexel = mapTexel[cache - relumeFirstMapCache], texels = mapTexel[cache - relumeFirstMapCache + 1u] - firstTexel;
   for (uint i = lane; i < texels * uint(RELUME_WORDS); i += uint(RELUME_LANES)) {
     uint w = i % uint(RELUME_WORDS);
-    storeMapWord(mapTexelAt(firstTexel + i / uint(RELUME_WORDS)), int(w), partial[row][w][0]);
+    storeMapWord(mapTexelAt(firstTexel + i / uint(RELUME_WORDS)), int(w), rounded(scale * partial[row][w][0]));
   }
   for (uint i = lane; i < texels; i += uint(RELUME_LANES)) {
-    storeMapColor(mapTexelAt(firstTexel + i), cache, partial[row][0][0], partial[row][RELUME_LUMA_WORDS][0],
-                  partial[row][RELUME_LUMA_WORDS + RELUME_CHROMA_WORDS][0]);
+    storeMapColor(mapTexelAt(firstTexel + i), cache, rounded(scale * partial[row][0][0]),
+                  rounded(scale * partial[row][RELUME_LUMA_WORDS][0]),
+                  rounded(scale * partial[row][RELUME_LUMA_WORDS + RELUME_CHROMA_WORDS][0]));
+  }
+#else
+  for (uint w = lane; w < uint(RELUME_WORDS); w += uint(RELUME_LANES)) {
+    cacheWord[cache * uint(RELUME_WORDS) + w] = pack(scale * partial[row][w][0]);
   }
 #endif
 }
 
 // Store the sums of a thread that has a cache to itself.
 void store(uint cache) {
+  float largest = 0.0;
+  for (int w = 0; w < RELUME_LUMA_WORDS; ++w) largest = max(largest, relumeLargest(y[w]));
+  for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) largest = max(largest, max(relumeLargest(co[w]), relumeLargest(cg[w])));
+  float scale = relumeHalfScale(largest);
 #if RELUME_MAP
-  for (int w = 0; w < RELUME_LUMA_WORDS; ++w) y[w] = rounded(y[w]);
+  for (int w = 0; w < RELUME_LUMA_WORDS; ++w) y[w] = rounded(scale * y[w]);
   for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) {
-    co[w] = rounded(co[w]);
-    cg[w] = rounded(cg[w]);
+    co[w] = rounded(scale * co[w]);
+    cg[w] = rounded(scale * cg[w]);
   }
   uint endTexel = mapTexel[cache - relumeFirstMapCache + 1u];
   for (uint i = mapTexel[cache - relumeFirstMapCache]; i < endTexel; ++i) {
@@ -258,11 +264,11 @@ void store(uint cache) {
   }
 #else
   uint first = cache * uint(RELUME_WORDS);
-  for (int w = 0; w < RELUME_LUMA_WORDS; ++w) cacheWord[first + uint(w)] = pack(y[w]);
+  for (int w = 0; w < RELUME_LUMA_WORDS; ++w) cacheWord[first + uint(w)] = pack(scale * y[w]);
   first += uint(RELUME_LUMA_WORDS);
   for (int w = 0; w < RELUME_CHROMA_WORDS; ++w) {
-    cacheWord[first + uint(w)] = pack(co[w]);
-    cacheWord[first + uint(RELUME_CHROMA_WORDS + w)] = pack(cg[w]);
+    cacheWord[first + uint(w)] = pack(scale * co[w]);
+    cacheWord[first + uint(RELUME_CHROMA_WORDS + w)] = pack(scale * cg[w]);
   }
 #endif
 }

@@ -80,7 +80,7 @@ class EditBlend {
 
 // Irradiance [W/m²] of a bake of the level before an edit, corrected by live light before and after it, channel by
 // channel: what live light has lost scales the bake's, what it has gained is added. `baked` to the bit where the change
-// counts nothing. Finite and never negative where all three are.
+// counts nothing. Finite and never negative where all three are from 0 to 1e38.
 [[nodiscard]] glm::vec3 blendEdited(const glm::vec3& baked, const glm::vec3& before, const glm::vec3& after,
                                     const EditShare& share);
 

@@ -196,7 +196,8 @@ class GpuPasses {
   ~GpuPasses();
 
   // Whether a device can run them, which create() may have been told less or more of. unsupported: it binds less memory
-  // or at coarser offsets, or has smaller images, fewer groups or less memory for one.
+  // or at coarser offsets, or has smaller images, fewer groups or less memory for one; usage: a number of it that
+  // create() refuses.
   [[nodiscard]] Status checkDevice(const GpuDevice& device) const;
 
   // What to make once. Contents are valid until forgetContents().

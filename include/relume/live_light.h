@@ -58,8 +58,9 @@ struct LiveLightOptions {
   // The outermost follows the eye as well and keeps its size: a part of a level that has no end. Within two cells of
   // its faces light fades into the sky's, as if nothing hid that, which is all that there is beyond.
   bool boxFollowsEye = false;
-  std::optional<glm::vec3> eyeWorld{};  // [m] where create() centres what follows the eye; nothing = the box's middle
-  std::uint32_t raysPerCell = 64;       // [8..4096] a frame: time and noise
+  // [m] within 1e9: where create() centres what follows the eye; nothing = the box's middle
+  std::optional<glm::vec3> eyeWorld{};
+  std::uint32_t raysPerCell = 64;  // [8..4096] a frame: time and noise
   // [voxels] that keep their sides, of what stands and of what moves in each volume; others hide light and are black.
   // 0 = a quarter of the volume, 65536 at least.
   std::uint32_t surfaceBudget = 0;
@@ -80,7 +81,7 @@ struct LiveSky {
 };
 
 struct LiveFrame {
-  glm::vec3 emissionScale{1.0f};  // [>= 0] factor on the surfaces' emission
+  glm::vec3 emissionScale{1.0f};  // [0..1e9] factor on the surfaces' emission
   float bounceScale = 1.0f;       // [0..1] share of last frame's caches that voxels reflect; 0 = one bounce
   float keep = 0.0f;              // [0..1) share of last frame's caches that stays: exp(-seconds / 0.15) hides noise
   LiveSky sky;
@@ -100,9 +101,9 @@ class LiveGlResolve {
   virtual const std::string& glsl() const = 0;
   // Before a draw with such a shader: its uniforms, and its textures, which stay bound to LiveGlNames::textureUnits,
   // without samplers of the host's; the active unit is as it was.
-  // usage: another sampler that the program reads has one of these units, a bake's or another light's for example; the
-  // message names it. That is looked for when a program is handed over for the first time, once its own samplers are
-  // set.
+  // usage: no linked program has that number; another sampler that the program reads has one of these units, a bake's
+  // or another light's for example; the message names it. Both are looked for when a program is handed over for the
+  // first time, once its own samplers are set.
   [[nodiscard]] virtual Status setUniforms(std::uint32_t program) const = 0;
   virtual void bind() const = 0;
   // GL program of direct light on the voxels, for the host's shadow uniforms.
@@ -123,12 +124,12 @@ class LiveLight {
   // The eye is here now: what follows it moves in whole cells of its own, so that its middle lies within 3/4 of a cell
   // of the eye on each axis, or as near as the box has it. Voxels and caches of the cells that it keeps stay as they
   // are; caches of those that are new begin with the light of the volume around them, so that one that has jumped
-  // farther than itself begins anew. Returns whether any has moved. usage: an eye that is not finite; memory.
+  // farther than itself begins anew. Returns whether any has moved. usage: an eye that is not within 1e9 m; memory.
   Result<bool> centre(const glm::vec3& eyeWorld);
 
-  // [Size moving parts, in their order] usage: another number of transforms, one that is not finite; memory.
+  // [Size moving parts, in their order] usage: another number of transforms, a number in one beyond 1e8; memory.
   [[nodiscard]] Status move(std::span<const glm::mat4x3> toWorld);
-  // usage: no such part, one that moves, a transform that is not finite; memory.
+  // usage: no such part, one that moves, a number of a transform beyond 1e8; memory.
   [[nodiscard]] Status edit(std::span<const PartEdit> edits);
 
   // A frame. Of the setup its lights and, on the CPU, their visibility count. usage: a light that Relighter::check()

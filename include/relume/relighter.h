@@ -23,8 +23,11 @@
 // OpenGL state: create() and relight() put back what they bind (program, buffer bindings, texture units, image units,
 // active unit); readers bind GL_COPY_READ_BUFFER and put it back. What was deleted while it was bound (a program in
 // use, an object that another context deletes) cannot be bound again: nothing is, then. Errors that are pending may be
-// forgotten: glGetError() is the host's to call before. Units that the GL backend keeps light in are halves: keep
-// irradiance under 60000 of whatever unit the lights are given in.
+// forgotten: glGetError() is the host's to call before.
+//
+// Range. The GL backend keeps the light of caches in halves, of whatever unit the lights are given in. Keep irradiance
+// under 60000: caches beyond that, in any direction, are dimmed as a whole to what halves hold. Light below about 1e-3
+// loses digits, below 1e-7 it is gone. The CPU backend has floats. Radiosity ends at 2^32 [W/m²] with either.
 #pragma once
 
 #include "relume/bake_data.h"
@@ -228,7 +231,8 @@ class Relighter {
   // is not finite, negative, or outside the range include/relume/lights.h gives; the message names light and field.
   // A driven material that the bake does not have, an image that was not declared, a texture that does not exist or is
   // of another size or kind; unsupported: the bake knows no drivable material at all, or a frame of more lights or
-  // colours than OpenGL binds at once. Every texel of an image is looked at.
+  // colours than OpenGL binds at once. Every texel of an image is looked at. Drivers may end loops early: Mesa's
+  // llvmpipe lights by the first 65,536 lights alone.
   [[nodiscard]] Status check(const LightSetup& setup) const;
   // Forget last frame's light. GL: throws std::bad_alloc, and forgets nothing, where there is no memory to clear with.
   void reset();

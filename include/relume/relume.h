@@ -18,7 +18,8 @@
  * Errors. Functions that can fail return a relume_status. A text that says where and what to do belongs to the handle
  * that the function was called with (relume_..._error()); of functions that create a handle, to the handle they were
  * given. Outputs are written only on success, but for handles, which are NULL after a failure. No exception crosses.
- * A null handle or pointer that must not be null gives RELUME_ERROR_USAGE without a text.
+ * A null handle gives RELUME_ERROR_USAGE without a text, which it could not hold. Any other pointer that must not be
+ * null gives it with a text that names the pointer.
  *
  * Threads. Handles are independent of each other; a bake may be used by several relighters at once, and the library
  * has no global state. Of one relighter, relume_relight(), relume_reset(), relume_inherit() and
@@ -60,6 +61,9 @@ typedef enum relume_status {
 } relume_status;
 
 typedef enum relume_severity { RELUME_INFO = 0, RELUME_WARNING = 1, RELUME_ERROR = 2 } relume_severity;
+/* RELUME_BACKEND_GL keeps the light of caches in halves, of whatever unit the lights are given in: caches whose
+ * irradiance in any direction exceeds about 60000 are dimmed as a whole to what halves hold; light below about 1e-3
+ * loses digits, below 1e-7 it is gone. The CPU has floats. What surfaces send on ends at 2^32 [W/m^2] with either. */
 typedef enum relume_backend { RELUME_BACKEND_CPU = 0, RELUME_BACKEND_GL = 1 } relume_backend;
 typedef enum relume_light_kind { RELUME_DIRECTIONAL = 0, RELUME_POINT = 1, RELUME_SPOT = 2 } relume_light_kind;
 
@@ -213,7 +217,8 @@ RELUME_API const char* relume_relighter_error(const relume_relighter* relighter)
 /* A punctual light as KHR_lights_punctual defines it. No struct_size: an array of them is handed over. */
 typedef struct relume_light {
   relume_light_kind kind;
-  float intensity[3];       /* [0..1e20] point, spot: [W/sr]; directional: [W/m^2] */
+  float intensity[3];       /* [0..1e20] point, spot: [W/sr]; directional: [W/m^2]. How much of it backends can show:
+                               relume_backend */
   float position[3];        /* [m] world */
   float direction[3];       /* the way the light travels, of length 1 (within 1 %); directional, spot */
   float range;              /* [m] 0 = no limit */

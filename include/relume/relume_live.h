@@ -3,7 +3,8 @@
  * Light without a bake, and a baked level that is being edited, for C (C89 and later): the rest of relume.h, whose
  * words on structs, errors, threads and units hold here as well. Include either.
  *
- * What lights and blends keep, but for the handles, is taken by the global operator new, whatever the context has.
+ * Handles and the list of a frame's lights are taken from the context's allocate. All else that lights and blends keep
+ * is taken by the global operator new, whatever the context has.
  */
 #ifndef RELUME_RELUME_LIVE_H
 #define RELUME_RELUME_LIVE_H
@@ -68,7 +69,7 @@ typedef struct relume_live_desc {
   void* get_proc_address_user;
   unsigned int cascades; /* [1..4] volumes in one another, about the eye (LiveLightOptions::cascades); 0 = 1 */
   int box_follows_eye;   /* the outermost moves as well */
-  const float* eye;      /* [3] [m] where what follows it is centred at first; NULL = the box's middle */
+  const float* eye;      /* [3] [m] within 1e9: where what follows it is centred at first; NULL = the box's middle */
   /* RELUME_BACKEND_GL, where a shader reads several lights, or a bake beside one (LiveGlNames): what names in
    * relume_live_gl_glsl() begin with in place of relumeLive, NULL = relumeLive; its three texture units, NULL = 12 to
    * 14. A bake's are 12 to 18. */
@@ -84,12 +85,13 @@ RELUME_API const char* relume_live_error(const relume_live* live);
 /* Moving parts, all of them in their order: 12 floats each. */
 RELUME_API relume_status relume_live_move(relume_live* live, const float* to_world, size_t count);
 RELUME_API relume_status relume_live_edit_parts(relume_live* live, const relume_live_edit* edits, size_t count);
-/* The eye is here now [3] [m]: volumes follow it (LiveLight::centre()). `moved`: whether any has; may be NULL. */
+/* The eye is here now [3] [m] within 1e9: volumes follow it (LiveLight::centre()). `moved`: whether any has; may be
+ * NULL. */
 RELUME_API relume_status relume_live_centre(relume_live* live, const float* eye, int* moved);
 
 typedef struct relume_live_frame {
   size_t struct_size;
-  float emission_scale[3]; /* [>= 0] factor on the surfaces' emission; default 1 */
+  float emission_scale[3]; /* [0..1e9] factor on the surfaces' emission; default 1 */
   float bounce_scale;      /* [0..1] share of last frame's light that surfaces reflect; default 1 */
   float keep;              /* [0..1) share of last frame's light that stays: exp(-seconds / 0.15) hides noise */
   float sky_radiance[3];   /* [W/m^2/sr] [0..1e9] from everywhere */
@@ -119,8 +121,9 @@ typedef struct relume_live_info {
 RELUME_API relume_status relume_live_get_info(const relume_live* live, relume_live_info* info);
 
 /* RELUME_BACKEND_GL: GLSL 4.30 for the host's shader (LiveGlResolve), NULL on the CPU; before a draw with it the
- * uniforms of that program, and textures, which stay bound (RELUME_ERROR_USAGE: another sampler of the program has one
- * of the light's texture units); the program that lights the voxels directly, 0 on the CPU. */
+ * uniforms of that program, and textures, which stay bound (RELUME_ERROR_USAGE: no linked program has that number, or
+ * another sampler of the program has one of the light's texture units); the program that lights the voxels directly, 0
+ * on the CPU. */
 RELUME_API const char* relume_live_gl_glsl(const relume_live* live);
 RELUME_API relume_status relume_live_gl_bind(const relume_live* live, unsigned int program);
 RELUME_API unsigned int relume_live_gl_direct_program(const relume_live* live);
@@ -155,8 +158,8 @@ RELUME_API const char* relume_edit_blend_error(const relume_edit_blend* blend);
 RELUME_API relume_status relume_edit_blend_share(const relume_edit_blend* blend, size_t count, const float* positions,
                                                  float* shares);
 /* Irradiance [W/m^2] of the bake corrected by that of the light before and after the edit, three floats each: the
- * bake's to the bit where change is 0, for which before and after may be anything. The output may be one of the inputs.
- */
+ * bake's to the bit where change is 0, for which before and after may be anything. The output may be baked, before or
+ * after, and must not overlap the shares. */
 RELUME_API relume_status relume_edit_blend_irradiance(const relume_edit_blend* blend, size_t count, const float* shares,
                                                       const float* baked, const float* before, const float* after,
                                                       float* irradiance);

@@ -43,6 +43,13 @@ bool isSampler(GLenum type) {
          (type >= GL_SAMPLER_2D_MULTISAMPLE && type <= GL_UNSIGNED_INT_SAMPLER_2D_MULTISAMPLE_ARRAY);
 }
 
+// OpenGL has an error for questions to what is none.
+bool isLinked(const gl::Functions& gl, std::uint32_t program) {
+  GLint status = GL_FALSE;
+  if (gl.IsProgram(program) == GL_TRUE) gl.GetProgramiv(program, GL_LINK_STATUS, &status);
+  return status == GL_TRUE;
+}
+
 // Constants are called k and the name.
 std::string constantsOf(std::string prefix) {
   if (prefix[0] >= 'a') prefix[0] = static_cast<char>(prefix[0] - 'a' + 'A');
@@ -82,6 +89,8 @@ Result<std::string> liveResolveGlsl(const LiveGlNames& names) {
 }
 
 Status checkTextureUnits(const gl::Functions& gl, std::uint32_t program, const LiveGlNames& names) {
+  if (!isLinked(gl, program))
+    return Error{ErrorCode::usage, "live light: program " + std::to_string(program) + " is not a linked program"};
   GLint uniforms = 0, longest = 0;
   gl.GetProgramiv(program, GL_ACTIVE_UNIFORMS, &uniforms);
   gl.GetProgramiv(program, GL_ACTIVE_UNIFORM_MAX_LENGTH, &longest);
@@ -113,6 +122,7 @@ Status checkTextureUnits(const gl::Functions& gl, std::uint32_t program, const L
 }
 
 bool hasResolvedVolumes(const gl::Functions& gl, std::uint32_t program, const std::string& prefix) {
+  if (!isLinked(gl, program)) return false;
   const GLint location = gl.GetUniformLocation(program, (prefix + "Volumes").c_str());
   GLint volumes = 0;
   if (location >= 0) gl.GetUniformiv(program, location, &volumes);

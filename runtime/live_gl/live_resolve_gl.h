@@ -28,7 +28,7 @@ struct ResolvedVolume {
 Status checkLiveGlNames(const gl::Functions& gl, const LiveGlNames& names);
 // [names as above]
 Result<std::string> liveResolveGlsl(const LiveGlNames& names);
-// Of a program that has that text. usage: another of its samplers has one of the units.
+// Of a program that has that text. usage: not a linked program; another of its samplers has one of the units.
 Status checkTextureUnits(const gl::Functions& gl, std::uint32_t program, const LiveGlNames& names);
 // Whether a program has had setResolvedVolumes() since it was linked, of volumes.
 bool hasResolvedVolumes(const gl::Functions& gl, std::uint32_t program, const std::string& prefix);

@@ -4,6 +4,7 @@
 
 #include "formats/pack.h"
 #include "runtime/shared/chunks.h"
+#include "runtime/shared/half_scale.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -15,7 +16,7 @@ namespace relume {
 namespace {
 
 void putHalves(std::span<std::uint16_t> to, const glm::vec3& color, float alpha) {
-  for (int k = 0; k < 3; ++k) to[static_cast<std::size_t>(k)] = packHalf(glm::clamp(color[k], -kMaxHalf, kMaxHalf));
+  for (int k = 0; k < 3; ++k) to[static_cast<std::size_t>(k)] = packHalf(color[k]);
   to[3] = packHalf(alpha);
 }
 
@@ -46,7 +47,8 @@ void irradianceMap(const PackedCaches& caches, const CacheLight& light, std::spa
   forTexels(
       caches, parallelFor,
       [&](std::size_t texel, const glm::vec2& uv, const glm::vec3& normal) {
-        putHalves(texels.subspan(4 * texel, 4), irradianceOnLightmap(caches, light, uv, normal), 1.0f);
+        const glm::vec3 e = irradianceOnLightmap(caches, light, uv, normal);
+        putHalves(texels.subspan(4 * texel, 4), halfScale(largestOf({&e.x, 3})) * e, 1.0f);
       },
       [&](std::size_t texel) { putHalves(texels.subspan(4 * texel, 4), glm::vec3(0.0f), 0.0f); });
 }
@@ -81,11 +83,13 @@ void irradianceMapL1(const PackedCaches& caches, const CacheLight& light, std::s
           slopeB += e * (a.y / (3.0f * kSin60));
         }
         const glm::vec3 slopeN = 2.0f * (onAxis - mean);
-        putHalves(texels.subspan(4 * texel, 4), 2.0f * mean - onAxis, 1.0f);
-        for (int axis = 0; axis < 3; ++axis) {
-          putHalves(texels.subspan(static_cast<std::size_t>(axis + 1) * layer + 4 * texel, 4),
-                    slopeT * t[axis] + slopeB * b[axis] + slopeN * n[axis], 1.0f);
-        }
+        std::array<glm::vec3, 4> terms{2.0f * mean - onAxis};
+        for (int axis = 0; axis < 3; ++axis)
+          terms[static_cast<std::size_t>(axis + 1)] = slopeT * t[axis] + slopeB * b[axis] + slopeN * n[axis];
+        float largest = 0.0f;
+        for (const glm::vec3& term : terms) largest = largestOf({&term.x, 3}, largest);
+        const float scale = halfScale(largest);
+        for (std::size_t k = 0; k < 4; ++k) putHalves(texels.subspan(k * layer + 4 * texel, 4), scale * terms[k], 1.0f);
       },
       [&](std::size_t texel) {
         for (std::size_t k = 0; k < 4; ++k) putHalves(texels.subspan(k * layer + 4 * texel, 4), glm::vec3(0.0f), 0.0f);

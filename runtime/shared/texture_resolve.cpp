@@ -4,6 +4,7 @@
 
 #include "formats/pack.h"
 #include "runtime/shared/chunks.h"
+#include "runtime/shared/half_scale.h"
 #include "runtime/shared/pack_grid.h"
 #include "runtime/shared/resolve_defines.h"
 #include "runtime/shared/shader_text.h"
@@ -56,19 +57,21 @@ struct Layers {
   std::uint32_t total() const { return luma + 2 * chroma; }
 };
 
-std::uint16_t toHalf(float v) { return packHalf(std::clamp(v, -kMaxHalf, kMaxHalf)); }
-
 // The first coefficients of a cache, of as many bands as `to` has layers for, as halves. [Size to = 4 * layers.total()]
 void packCache(const CacheBands& held, const CacheBands& wanted, std::span<const float> c,
                std::span<std::uint16_t> to) {
   const Layers layers(wanted);
   std::fill(to.begin(), to.end(), std::uint16_t{0});
-  const auto channel = [&](std::size_t from, std::size_t first, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) to[first + i] = toHalf(c[from + i]);
+  const std::span<const float> y = c.subspan(0, wanted.lumaCount()),
+                               co = c.subspan(held.lumaCount(), wanted.chromaCount()),
+                               cg = c.subspan(held.lumaCount() + held.chromaCount(), wanted.chromaCount());
+  const float scale = halfScale(largestOf(y, largestOf(co, largestOf(cg))));
+  const auto channel = [&](std::span<const float> from, std::size_t first) {
+    for (std::size_t i = 0; i < from.size(); ++i) to[first + i] = packHalf(scale * from[i]);
   };
-  channel(0, 0, wanted.lumaCount());
-  channel(held.lumaCount(), 4 * layers.luma, wanted.chromaCount());
-  channel(held.lumaCount() + held.chromaCount(), 4 * (layers.luma + layers.chroma), wanted.chromaCount());
+  channel(y, 0);
+  channel(co, 4 * layers.luma);
+  channel(cg, 4 * (layers.luma + layers.chroma));
 }
 
 // Caches [first, end) packed one after the other.
@@ -123,8 +126,13 @@ void writeVolume(const GridTexture& grid, std::span<const float> from, bool chro
     for (std::size_t half = 0; half < 6; ++half) {
       const float* texel = from.data() + kTexelFloats * (6 * point + half);
       const std::size_t at = half * (r.z + 1) * plane + point;
+      // The luma vector and Co, Cg; the weight between them is no light.
+      const float scale = halfScale(largestOf({texel, 3}, largestOf({texel + 4, 2})));
       std::uint16_t packed[4];
-      for (std::size_t k = 0; k < halves; ++k) packed[k] = toHalf(texel[(chroma ? 4 : 0) + k]);
+      for (std::size_t k = 0; k < halves; ++k) {
+        const float part = texel[(chroma ? 4 : 0) + k];
+        packed[k] = packHalf(!chroma && k == 3 ? part : scale * part);
+      }
       std::memcpy(texels.data() + 2 * halves * at, packed, 2 * halves);
     }
   }

@@ -18,6 +18,14 @@ vec3 relumeUnpackOctahedral(uint bits) {
   return normalize(d);
 }
 
+// runtime/shared/half_scale.h: a factor on numbers that belong together, the largest of which has that magnitude.
+float relumeHalfScale(float largest) { return largest > 65504.0 ? 65504.0 / largest : 1.0; }
+
+float relumeLargest(vec4 v) {
+  v = abs(v);
+  return max(max(v.x, v.y), max(v.z, v.w));
+}
+
 // Parts of compact links (formats/compact_links.h): f of a head; direction of n bits each of u and v; cos alpha.
 float relumeUnpackTransfer(uint head) { return unpackHalf2x16((head >> 18) & 0x3FFCu).x; }
 

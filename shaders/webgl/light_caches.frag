@@ -93,6 +93,10 @@ void main() {
   for (uint link = relumeWord(relumeRows, cache); link < end; ++link) addLink(link);
   sum[RELUME_SH_WORDS + RELUME_CHROMA_WORDS - 1] *= kRelumeLastChroma;
   sum[RELUME_WORDS - 1] *= kRelumeLastChroma;
-#define RELUME_OUTPUT(i) clamp(sum[RELUME_FIRST + i], -65504.0, 65504.0)
+  // Of all vectors of the cache, whichever this pass writes.
+  float largest = 0.0;
+  for (int w = 0; w < RELUME_WORDS; ++w) largest = max(largest, relumeLargest(sum[w]));
+  float scale = relumeHalfScale(largest);
+#define RELUME_OUTPUT(i) scale * sum[RELUME_FIRST + i]
 #include "webgl/outputs.glsl"
 }

@@ -180,7 +180,7 @@ TEST_F(CLive, lightIsTheCppApis) {
     EXPECT_EQ(info.caches, same->caches());
     EXPECT_EQ(relume_live_gl_glsl(live) != nullptr, onGl);
     EXPECT_EQ(relume_live_gl_direct_program(live) != 0, onGl);
-    if (!onGl) expectRefused(relume_live_gl_bind(live, 0), "RELUME_BACKEND_GL", live);
+    expectRefused(relume_live_gl_bind(live, 0), onGl ? "program 0 is not a linked program" : "RELUME_BACKEND_GL", live);
     ASSERT_EQ(relume_live_reset(live), RELUME_OK);
     ASSERT_EQ(relume_live_irradiance(live, 2, at, normals, found), RELUME_OK);
     EXPECT_EQ(*std::max_element(found, found + 6), 0.0f);
@@ -274,9 +274,13 @@ TEST_F(CLive, whatIsRefusedHasAText) {
   desc_.struct_size = 3;
   refused("struct_size");
   desc_.struct_size = sizeof desc_;
+  const int none = 7;  // no enumerator's, as C may hand over
+  std::memcpy(&desc_.backend, &none, sizeof none);
+  refused("desc.backend is 7");
+  desc_.backend = RELUME_BACKEND_CPU;
   ASSERT_EQ(relume_live_create(host_, &desc_, &live), RELUME_OK) << relume_context_error(host_);
-  lamp_.kind = static_cast<relume_light_kind>(3);
-  expectRefused(relume_live_update(live, &setup_, nullptr), "kind is 3", live);
+  std::memcpy(&lamp_.kind, &none, sizeof none);
+  expectRefused(relume_live_update(live, &setup_, nullptr), "kind is 7", live);
   lamp_.kind = RELUME_POINT;
   EXPECT_EQ(relume_live_update(live, &setup_, nullptr), RELUME_OK);
   expectRefused(relume_live_move(live, nullptr, 1), "to_world", live);

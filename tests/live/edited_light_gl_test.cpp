@@ -214,5 +214,34 @@ TEST_F(EditedLightOnGl, aNameThatIsUsedAgainIsCheckedAgain) {
   glDeleteProgram(program);
 }
 
+// And leaves no error of OpenGL pending.
+TEST_F(EditedLightOnGl, whatIsNoLinkedProgramIsRefused) {
+  VoxelLevel level;
+  level.addBox({0, 0, 0}, {4, 4, 4}, true);
+  auto light = LiveLight::create(level.geometry(), named("relumeBefore", {20, 9, 22}));
+  ASSERT_TRUE(light && light->update({}, {}));
+  const auto expectRefused = [&](GLuint program) {
+    const Status set = light->gl()->setUniforms(program);
+    ASSERT_FALSE(set) << program;
+    EXPECT_EQ(set.error().code, ErrorCode::usage);
+    EXPECT_EQ(set.error().message, "live light: program " + std::to_string(program) + " is not a linked program");
+    EXPECT_EQ(glGetError(), GLenum{GL_NO_ERROR}) << program;
+  };
+  expectRefused(0);
+  expectRefused(98765);
+  const GLuint program = glCreateProgram(), shader = glCreateShader(GL_COMPUTE_SHADER);
+  expectRefused(program);
+  expectRefused(shader);
+  glDeleteShader(shader);
+  ASSERT_TRUE(
+      linkCompute(program, "#version 430 core\n" + light->gl()->glsl() +
+                               "layout(local_size_x = 1) in;\n"
+                               "layout(std430, binding = 1) writeonly buffer Out { float outData[]; };\n"
+                               "void main() { outData[0] = relumeBeforeIrradiance(vec3(1.0), vec3(1.0)).x; }\n"));
+  EXPECT_TRUE(light->gl()->setUniforms(program));
+  glDeleteProgram(program);
+  expectRefused(program);
+}
+
 }  // namespace
 }  // namespace relume

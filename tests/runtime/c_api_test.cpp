@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -237,6 +238,11 @@ TEST_F(CApi, refusesAndSaysWhy) {
   EXPECT_EQ(relume_relighter_create(h.bake, &options, &h.relighter), RELUME_ERROR_USAGE);
   EXPECT_NE(std::string(relume_bake_error(h.bake)).find("lumaBands is 9"), std::string::npos);
   options.luma_bands = 0;
+  const int none = 7;  // no enumerator's, as C may hand over
+  std::memcpy(&options.backend, &none, sizeof none);
+  EXPECT_EQ(relume_relighter_create(h.bake, &options, &h.relighter), RELUME_ERROR_USAGE);
+  EXPECT_STREQ(relume_bake_error(h.bake), "desc.backend is 7, expected CPU 0 or GL 1");
+  options.backend = RELUME_BACKEND_CPU;
   const relume_driven_image images[2] = {{"screen", 1, 1}, {nullptr, 1, 1}};
   options.driven_images = images;
   options.driven_image_count = 2;
@@ -253,8 +259,9 @@ TEST_F(CApi, refusesAndSaysWhy) {
   cLights_[0].intensity[1] = -1.0f;
   EXPECT_EQ(relume_relight(h.relighter, &setup_), RELUME_ERROR_USAGE);
   EXPECT_NE(std::string(relume_relighter_error(h.relighter)).find("lights[0].intensity"), std::string::npos);
-  cLights_[0].kind = static_cast<relume_light_kind>(3);
+  std::memcpy(&cLights_[0].kind, &none, sizeof none);
   EXPECT_EQ(relume_relight(h.relighter, &setup_), RELUME_ERROR_USAGE);
+  EXPECT_NE(std::string(relume_relighter_error(h.relighter)).find("lights[0].kind is 7"), std::string::npos);
   cLights_[0] = test::cLights(lights_)[0];
   relume_material_emission emissions[2] = {};
   emissions[1].texel_count = 4;

@@ -136,6 +136,19 @@ TEST(EditBlends, refuseWhatIsNoBoxOrNoLength) {
   expectEditRefused(box, {.voxel = 0.1f, .fade = infinity}, "fade");
 }
 
+TEST(EditBlends, lightUpTo1e38StaysFinite) {
+  for (const float baked : {0.0f, 1e-38f, 1.0f, 1e38f}) {
+    for (const float before : {0.0f, 1e-38f, 1.0f, 1e38f}) {
+      for (const float after : {0.0f, 1e-38f, 1.0f, 1e38f}) {
+        for (const EditShare& share : {EditShare{0.5f, 0.0f}, EditShare{1.0f, 0.5f}, kEditedPart}) {
+          const glm::vec3 light = blendEdited(glm::vec3(baked), glm::vec3(before), glm::vec3(after), share);
+          ASSERT_TRUE(std::isfinite(light.x) && light.x >= 0.0f) << baked << ' ' << before << ' ' << after;
+        }
+      }
+    }
+  }
+}
+
 // A host whose locale writes 0,5 gets the same text.
 TEST(EditBlends, shadersAndErrorsDoNotFollowTheLocale) {
   const auto texts = [] {

@@ -28,12 +28,13 @@ Owned<gl::GlBackend> make(const Bake& bake, int luma, int chroma, gpu::GroupThre
 
 // Two frames on both, so that bounces read what the first has written.
 void expectSame(const Bake& bake, int luma, int chroma, const MovingShapes* shapes = nullptr,
-                std::span<const MovingPart> parts = {}) {
+                std::span<const MovingPart> parts = {}, float intensity = 1.0f) {
   const auto most = static_cast<std::uint32_t>(parts.size());
   const auto software = make(bake, luma, chroma, gpu::GroupThreads::serial, most),
              hardware = make(bake, luma, chroma, gpu::GroupThreads::parallel, most);
   ASSERT_TRUE(software && hardware);
-  const std::vector<Light> lights = test::someLights();
+  std::vector<Light> lights = test::someLights();
+  for (Light& light : lights) light.intensity *= intensity;
   LightSetup setup;
   setup.lights = lights;
   setup.skyRadiance = {0.2f, 0.3f, 0.4f};
@@ -66,6 +67,12 @@ TEST_F(GlGroups, ofHardwareLightCachesOfAllKindsAlike) {
           luma, chroma);
     }
   }
+}
+
+// More than halves hold, which all threads of a cache dim alike.
+TEST_F(GlGroups, ofHardwareDimCachesAlike) {
+  const Bake bake = test::makeSyntheticBake({.surfels = 2000, .linksPerCache = 61, .kind = LinkKind::oct6});
+  for (const auto& [luma, chroma] : {std::pair{1, 1}, {4, 2}}) expectSame(bake, luma, chroma, nullptr, {}, 1e6f);
 }
 
 TEST_F(GlGroups, ofHardwareOccludeLinksOfAllKindsAlike) {

@@ -303,6 +303,10 @@ TEST(GpuPasses, devicesThatTakeLessThanTheyWereMadeForAreRefused) {
   EXPECT_TRUE(has(refusal([](GpuDevice& d) { d.groups = 2; }), "of other limits"));
   EXPECT_EQ(refusal([](GpuDevice& d) { d.sharedBytes = 12288; }), "") << "which four bands and one fit in";
   EXPECT_TRUE(has(refusal([](GpuDevice& d) { d.sharedBytes = 2048; }), "of other limits"));
+  // What create() refuses is no device: offsets are counted in its alignment.
+  EXPECT_EQ(refusal([](GpuDevice& d) { d.storageAlignment = 0; }),
+            "GpuDevice::storageAlignment is 0, expected a limit of the device");
+  EXPECT_TRUE(has(refusal([](GpuDevice& d) { d.storageAlignment = 48; }), "power of 2"));
 }
 
 // Of eight bands each, a cache's sums take 24 KiB where hardware shares them.

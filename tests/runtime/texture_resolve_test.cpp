@@ -5,7 +5,12 @@
 #include "tests/runtime/make_relighter.h"
 #include "tests/runtime/synthetic_bake.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <functional>
+#include <iterator>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -67,6 +72,104 @@ TEST(TextureResolve, lightmapHoldsCoefficientsAndNormals) {
     lit += c[0] > 0.0f;
   }
   EXPECT_GT(lit, 10u);
+}
+
+// Light is linear, and radiosity is packed alike whatever power of two it is times: a relighter lit 2^20 times as
+// strongly has 2^20 times the light. Halves hold as much of it as one factor on all that belongs together allows.
+constexpr float kStronger = 0x1p20f;
+
+Relighter litRoom(const Bake& bake, float times) {
+  RelightOptions options;
+  options.lumaBands = 3;
+  options.chromaBands = 1;
+  options.gridTexture = true;
+  options.gridTrust = 1.0f;
+  Relighter relighter = makeRelighter(bake, options);
+  const Light lamp{.kind = LightKind::point, .intensity = times * glm::vec3(60, 20, 10), .positionWorld = {3, 2, 3}};
+  LightSetup setup;
+  setup.lights = {&lamp, 1};
+  setup.emissionScale = glm::vec3(0.0f);
+  EXPECT_TRUE(relighter.relight(setup));
+  return relighter;
+}
+
+// As dimmed is of bright: element i of group g has the least of kStronger and what takes the group's largest to 65504.
+void expectDimmedAsOne(const std::vector<float>& dim, const std::vector<float>& bright, std::size_t groups,
+                       const std::function<std::vector<std::size_t>(std::size_t group)>& elements) {
+  std::size_t dimmed = 0;
+  for (std::size_t g = 0; g < groups; ++g) {
+    float largest = 0.0f;
+    for (const std::size_t i : elements(g)) largest = std::max(largest, std::abs(dim[i]));
+    const float factor = std::min(kStronger, largest > 0.0f ? 65504.0f / largest : kStronger);
+    dimmed += factor < kStronger;
+    // Both are rounded to halves.
+    for (const std::size_t i : elements(g)) ASSERT_NEAR(bright[i], factor * dim[i], 2e-3f * factor * largest) << i;
+  }
+  EXPECT_GT(dimmed, groups / 10);
+}
+
+std::vector<float> halvesOf(const std::vector<std::byte>& texels) {
+  std::vector<float> halves(texels.size() / 2);
+  for (std::size_t i = 0; i < halves.size(); ++i) halves[i] = halfAt(texels, i);
+  return halves;
+}
+
+TEST(TextureResolve, whatHalvesDoNotHoldIsDimmedAsOne) {
+  const Bake bake = test::makeBakeWithBricks({4, 3, 4}, true, true);
+  const Relighter dim = litRoom(bake, 1.0f), bright = litRoom(bake, kStronger);
+  const auto resolve = dim.textureResolve();
+  ASSERT_TRUE(resolve && resolve->textures.size() == 6);
+  // All layers of a texel but the last, which is its normal.
+  const std::size_t texels = bake.caches.lightmap.cache.size();
+  expectDimmedAsOne(halvesOf(write(dim, 0)), halvesOf(write(bright, 0)), texels, [&](std::size_t t) {
+    std::vector<std::size_t> at;
+    for (std::size_t i = 0; i < 20; ++i) at.push_back(4 * (i / 4 * texels + t) + i % 4);
+    return at;
+  });
+  expectDimmedAsOne(halvesOf(write(dim, 1)), halvesOf(write(bright, 1)), bake.caches.firstMapCache(),
+                    [](std::size_t cache) {
+                      std::vector<std::size_t> at(20);
+                      std::iota(at.begin(), at.end(), 20 * cache);
+                      return at;
+                    });
+  // The grid's texture: a vector and, in another volume, Co and Cg; the weight is as it was.
+  std::vector<float> volumes[2];
+  for (const Relighter* each : {&dim, &bright}) {
+    std::vector<float>& light = volumes[each == &bright ? 1 : 0];
+    const std::vector<float> vectors = halvesOf(write(*each, 3)), chroma = halvesOf(write(*each, 4));
+    for (std::size_t t = 0; t < vectors.size() / 4; ++t) {
+      light.insert(light.end(), &vectors[4 * t], &vectors[4 * t] + 3);
+      light.insert(light.end(), &chroma[2 * t], &chroma[2 * t] + 2);
+    }
+    if (each == &bright) {
+      const std::vector<float> before = halvesOf(write(dim, 3));
+      for (std::size_t t = 0; t < vectors.size() / 4; ++t) ASSERT_EQ(vectors[4 * t + 3], before[4 * t + 3]);
+    }
+  }
+  expectDimmedAsOne(volumes[0], volumes[1], volumes[0].size() / 5, [](std::size_t t) {
+    return std::vector<std::size_t>{5 * t, 5 * t + 1, 5 * t + 2, 5 * t + 3, 5 * t + 4};
+  });
+}
+
+TEST(PlainMaps, whatHalvesDoNotHoldIsDimmedAsOne) {
+  const Bake bake = test::makeBakeWithBricks({4, 3, 4}, true, true);
+  const Relighter dim = litRoom(bake, 1.0f), bright = litRoom(bake, kStronger);
+  const std::size_t texels = bake.caches.lightmap.cache.size();
+  std::vector<float> maps[2], l1[2];
+  for (const Relighter* each : {&dim, &bright}) {
+    std::vector<std::uint16_t> map(4 * texels), four(16 * texels);
+    ASSERT_TRUE(each->irradianceMap(map) && each->irradianceMapL1(four));
+    std::transform(map.begin(), map.end(), std::back_inserter(maps[each == &bright ? 1 : 0]), unpackHalf);
+    std::transform(four.begin(), four.end(), std::back_inserter(l1[each == &bright ? 1 : 0]), unpackHalf);
+  }
+  expectDimmedAsOne(maps[0], maps[1], texels, [](std::size_t t) {
+    return std::vector<std::size_t>{4 * t, 4 * t + 1, 4 * t + 2};
+  });
+  expectDimmedAsOne(l1[0], l1[1], texels, [&](std::size_t t) {
+    std::vector<std::size_t> at;
+    for (std::size_t k = 0; k < 12; ++k) at.push_back(4 * (k / 3 * texels + t) + k % 3);
+    return at;
+  });
 }
 
 TEST(TextureResolve, lightChangesWithTheFrameAndTheRestDoesNot) {
