@@ -80,6 +80,7 @@ constexpr const char* kScalars = "scalars";
 constexpr const char* kMaterials = "emit.material";
 constexpr const char* kInstances = "instances";
 constexpr const char* kProvenance = "provenance";
+constexpr const char* kMapSight = "map.sight";
 
 BakeScalars scalarsOf(const Bake& b) {
   return {b.surfels.areaEach,
@@ -141,6 +142,7 @@ Result<std::vector<Chunk>> chunksOf(const Bake& bake, Archives& archives) {
   addArchive(kInstances, archives[2]);
   addArchive(kProvenance, archives[3]);
   if (!bake.certificate.empty()) forEachCertificateArray(bake.certificate, addArray);
+  if (!bake.caches.lightmap.sight.empty()) addArray(kMapSight, bake.caches.lightmap.sight);
   return chunks;
 }
 
@@ -166,6 +168,7 @@ Result<Bake> assemble(std::span<const Chunk> chunks, const std::shared_ptr<const
   reader.takeArchive(kInstances, bake.instances, memory);
   reader.takeArchive(kProvenance, bake.provenance);
   if (reader.isNext("cert.kind")) forEachCertificateArray(bake.certificate, takeArray);
+  if (reader.isNext(kMapSight)) takeArray(kMapSight, bake.caches.lightmap.sight);
   reader.finish();
   if (reader.failed()) return reader.error();
   return bake;
@@ -182,7 +185,8 @@ Status checkFormatVersion(const Bake& bake, std::span<const std::byte> file) {
   const std::uint32_t version = versionOf(file),
                       expected = isPacked(file) ? packedVersionOf(bake) : formatVersionOf(bake);
   if (version == expected) return done();
-  const char* of = !bake.certificate.empty()         ? "a bake with a certificate"
+  const char* of = !bake.caches.lightmap.sight.empty() ? "a bake whose light map has sight"
+                   : !bake.certificate.empty()       ? "a bake with a certificate"
                    : isPacked(file)                  ? "a packed bake without a certificate"
                    : bake.emitters.materials.empty() ? "a bake without emitters"
                                                      : "a bake with emitters";

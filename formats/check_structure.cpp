@@ -5,6 +5,7 @@
 #include "formats/findings.h"
 #include "formats/grid_depth.h"
 #include "formats/limits.h"
+#include "formats/map_sight.h"
 
 #include <algorithm>
 #include <cmath>
@@ -246,6 +247,12 @@ void checkLightmap(const Bake& bake, Findings& findings) {
     findings.add(Check::lightmapSize, "map.cache", std::to_string(m.width) + " x " + std::to_string(m.height),
                  m.cache.size());
   checkIndices(m.cache, "map.cache", bake.caches.positionWorld.size(), Check::lightmapCacheIndex, findings);
+  if (!m.sight.empty() && m.sight.size() != m.cache.size())
+    findings.add(Check::lightmapSightSize, "map.sight", "0 or " + std::to_string(m.cache.size()), m.sight.size());
+  for (std::size_t i = 0; i < m.sight.size(); ++i) {
+    if (!isMapSight(m.sight[i]))
+      findings.add(Check::lightmapSightMove, At{"map.sight", i}, "moves of 0, 1 or 2", m.sight[i] >> 24);
+  }
   if (m.parts.size() != bake.instances.size() && !(m.parts.empty() && m.cache.empty()))
     findings.add(Check::lightmapPartCount, "map.part", bake.instances.size(), m.parts.size());
   for (std::size_t i = 0; i < m.parts.size(); ++i) {

@@ -8,6 +8,7 @@
 #include "formats/file_io.h"
 #include "relume/result.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -20,10 +21,13 @@
 
 namespace relume {
 
-// Files say the least version that has what is in them: 3, 4 with emitters, 6 with a certificate and with or without
-// emitters; and where their chunks are packed (packed_chunks.h) 5 in place of 3 and 4, and 7 in place of 6.
-inline constexpr std::uint32_t kOldestBakeFormatVersion = 3, kEmitterFormatVersion = 4, kBakeFormatVersion = 6;
-inline constexpr std::uint32_t kOldestPackedFormatVersion = 5, kPackedFormatVersion = 7;
+// Files say the least version that has what is in them: 3, 4 with emitters, 6 with a certificate, 8 where the light map
+// has sight, each with or without what the ones before have; and where their chunks are packed (packed_chunks.h) 5 in
+// place of 3 and 4, 7 in place of 6, and 9 in place of 8.
+inline constexpr std::uint32_t kOldestBakeFormatVersion = 3, kEmitterFormatVersion = 4, kCertificateFormatVersion = 6,
+                               kBakeFormatVersion = 8;
+inline constexpr std::uint32_t kOldestPackedFormatVersion = 5, kPackedCertificateFormatVersion = 7,
+                               kPackedFormatVersion = 9;
 inline constexpr std::size_t kChunkAlignment = 64;
 inline constexpr std::array<unsigned char, 8> kBakeMagic = {0x89, 'R', 'L', 'M', '\r', '\n', 0x1A, '\n'};
 
@@ -32,17 +36,18 @@ struct ChunkFileType {
   std::array<unsigned char, 8> magic;
   std::uint32_t oldestVersion, version;
   const char* name;                                   // as messages have it
-  std::array<std::uint32_t, 2> packedVersions{0, 0};  // whose chunks are coded; 0 = none
+  std::array<std::uint32_t, 3> packedVersions{0, 0, 0};  // whose chunks are coded; 0 = none
 
   bool isPacked(std::uint32_t itsVersion) const {
-    return itsVersion != 0 && (itsVersion == packedVersions[0] || itsVersion == packedVersions[1]);
+    return itsVersion != 0 && std::ranges::find(packedVersions, itsVersion) != packedVersions.end();
   }
 };
-inline constexpr ChunkFileType kBakeFileType{kBakeMagic,
-                                             kOldestBakeFormatVersion,
-                                             kPackedFormatVersion,
-                                             "a Relume bake",
-                                             {kOldestPackedFormatVersion, kPackedFormatVersion}};
+inline constexpr ChunkFileType kBakeFileType{
+    kBakeMagic,
+    kOldestBakeFormatVersion,
+    kPackedFormatVersion,
+    "a Relume bake",
+    {kOldestPackedFormatVersion, kPackedCertificateFormatVersion, kPackedFormatVersion}};
 inline constexpr ChunkFileType kPlanFileType{
     {0x89, 'R', 'L', 'P', '\r', '\n', 0x1A, '\n'}, 4, 4, "the plan of a bake (relume bake --plan)"};
 inline constexpr ChunkFileType kShardFileType{

@@ -10,13 +10,15 @@
 namespace relume {
 
 inline std::uint32_t formatVersionOf(const Bake& bake) {
-  if (!bake.certificate.empty()) return kBakeFormatVersion;
+  if (!bake.caches.lightmap.sight.empty()) return kBakeFormatVersion;
+  if (!bake.certificate.empty()) return kCertificateFormatVersion;
   return bake.emitters.materials.empty() ? kOldestBakeFormatVersion : kEmitterFormatVersion;
 }
 
 // Of its packed form.
 inline std::uint32_t packedVersionOf(const Bake& bake) {
-  return bake.certificate.empty() ? kOldestPackedFormatVersion : kPackedFormatVersion;
+  if (!bake.caches.lightmap.sight.empty()) return kPackedFormatVersion;
+  return bake.certificate.empty() ? kOldestPackedFormatVersion : kPackedCertificateFormatVersion;
 }
 
 }  // namespace relume

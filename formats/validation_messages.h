@@ -50,6 +50,8 @@ enum class Check : std::uint16_t {
   emitterEntries = 137,
   emitterSurfel = 138,
   certificateArraySize = 139,
+  lightmapSightSize = 140,
+  lightmapSightMove = 141,
   shapeRange = 150,
 
   // 201 and 401 were positions that are not finite: 135 says so.
@@ -141,6 +143,8 @@ inline constexpr ValidationMessage kValidationMessages[] = {
     {Check::emitterSurfel, FindingSeverity::error, "emitter entry names no surfel, or one that another entry names"},
     {Check::certificateArraySize, FindingSeverity::error,
      "certificate array has another size than its lights or parts"},
+    {Check::lightmapSightSize, FindingSeverity::error, "map.sight is neither empty nor as long as map.cache"},
+    {Check::lightmapSightMove, FindingSeverity::error, "square of the light map is read from a place that is none"},
 
     {Check::surfelNormal, FindingSeverity::error, "surfel normal is not a unit vector"},
     {Check::surfelAlbedo, FindingSeverity::error, "surfel albedo is not within 0 to 1"},

@@ -11,6 +11,7 @@
 #include "runtime/shared/memory.h"
 #include "runtime/shared/plain_results.h"
 #include "runtime/shared/resolve.h"
+#include "runtime/shared/stencil.h"
 #include "runtime/shared/texture_resolve.h"
 #include "runtime/shared/usage_error.h"
 
@@ -56,6 +57,7 @@ struct Relighter::State {
   } inherited;
 
   ResolveSource resolveSource() { return {*caches, bands, backend->gridTexture(), &memory}; }
+  glm::vec2 inSight(const glm::vec2& uv) const { return pointInSight(caches->map(), uv); }
   CacheLight cacheLight() const {
     CacheLight light = backend->light();
     light.guessBands = true;
@@ -250,7 +252,7 @@ Status Relighter::inherit(const Relighter& previous, const Bake& bake) try {
 
 glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal,
                                           const glm::vec3& geometricNormal) const {
-  return relume::irradianceOnLightmap(*state_->caches, state_->cacheLight(), lightmapUv, normal, geometricNormal);
+  return relume::irradianceOnLightmap(*state_->caches, state_->cacheLight(), state_->inSight(lightmapUv), normal, geometricNormal);
 }
 
 glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal) const {
@@ -272,7 +274,7 @@ Status Relighter::irradianceOnLightmap(std::span<const glm::vec2> lightmapUv, st
     return ok;
   const CacheLight light = state_->cacheLight();
   forReceivers(state_->parallelFor, irradiance.size(), [&](std::size_t i) {
-    irradiance[i] = relume::irradianceOnLightmap(*state_->caches, light, lightmapUv[i], normal[i], geometricNormal[i]);
+    irradiance[i] = relume::irradianceOnLightmap(*state_->caches, light, state_->inSight(lightmapUv[i]), normal[i], geometricNormal[i]);
   });
   return done();
 } catch (const std::bad_alloc& e) {
@@ -294,7 +296,7 @@ Status Relighter::irradianceInGrid(std::span<const glm::vec3> positionWorld, std
 }
 
 glm::vec3 Relighter::glossyOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& reflected, float exponent) const {
-  return relume::glossyOnLightmap(*state_->caches, state_->cacheLight(), lightmapUv, reflected, exponent);
+  return relume::glossyOnLightmap(*state_->caches, state_->cacheLight(), state_->inSight(lightmapUv), reflected, exponent);
 }
 
 glm::vec3 Relighter::glossyInGrid(const glm::vec3& positionWorld, const glm::vec3& normal, const glm::vec3& reflected,
@@ -311,7 +313,7 @@ Status Relighter::glossyOnLightmap(std::span<const glm::vec2> lightmapUv, std::s
     return ok;
   const CacheLight light = state_->cacheLight();
   forReceivers(state_->parallelFor, radiance.size(), [&](std::size_t i) {
-    radiance[i] = relume::glossyOnLightmap(*state_->caches, light, lightmapUv[i], reflected[i], exponent[i]);
+    radiance[i] = relume::glossyOnLightmap(*state_->caches, light, state_->inSight(lightmapUv[i]), reflected[i], exponent[i]);
   });
   return done();
 } catch (const std::bad_alloc& e) {

@@ -56,6 +56,7 @@ void writeCaches(const PlacedCaches& caches, ByteWriter& to) {
   to.value(map.width);
   to.value(map.height);
   to.array(map.cache.span());
+  to.array(map.sight.span());
   static_assert(sizeof(LightmapPart) == 24, "no padding");
   to.array(map.parts.span());
   to.array(unpackCorners(caches.corners.front).span());
@@ -75,6 +76,7 @@ std::optional<PlacedCaches> readCaches(ByteReader& from, const Scene& scene) {
   from.value(map.width);
   from.value(map.height);
   take(from, map.cache);
+  take(from, map.sight);
   take(from, map.parts);
   take(from, map.cornerUv);
   take(from, map.backCornerUv);

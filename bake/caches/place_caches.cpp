@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Entry point of the room: places the grid and the light map, joins their caches, and finds where surfels read their
-// own irradiance.
+// Entry point of the room: places the grid and the light map, joins their caches, and finds where pixels and surfels
+// read their own irradiance.
 #include "bake/caches/caches.h"
 
 #include "bake/base/parallel.h"
 #include "bake/caches/grid/place_grid.h"
 #include "bake/caches/lightmap/place_lightmap.h"
+#include "bake/caches/map_sight.h"
 #include "formats/pack.h"
 
 #include <algorithm>
@@ -89,6 +90,8 @@ Result<PlacedCaches> placeCaches(const RayTracer& tracer, const PlaySpace& playS
                                        " of a bake; ask for fewer on the light map or in the grid"};
   }
   context.figure("caches", caches.count());
+  caches.lightmap.sight = findMapSight(tracer, caches, context);
+  if (context.cancelled()) return cancelledError();
   return caches;
 }
 

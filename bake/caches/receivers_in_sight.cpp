@@ -3,6 +3,7 @@
 #include "bake/caches/receivers_in_sight.h"
 
 #include "bake/base/parallel.h"
+#include "bake/caches/cache_in_sight.h"
 #include "formats/pack.h"
 
 #include <glm/common.hpp>
@@ -17,7 +18,6 @@ namespace relume {
 namespace {
 
 constexpr std::size_t kSeedsPerChunk = 1024;
-constexpr float kLift = 0.2f;          // of the distance: sight passes over skirting boards and bulges of a floor
 constexpr float kLeastWeight = 1e-3f;  // of a texel that counts as read
 constexpr float kAround = 2.0f;        // [texel] how far away other texels are looked for
 constexpr float kSameWay = 0.7f;       // cosine between the surfel's normal and that of a cache found there
@@ -68,12 +68,7 @@ class ReadsInSight {
     return map.cache[static_cast<std::size_t>(texel.y) * map.width + static_cast<std::size_t>(texel.x)];
   }
   bool sees(std::uint32_t cache) const {
-    const float lift = kLift * glm::distance(caches_.positionWorld[cache], seed_.positionWorld) +
-                       tracer_.epsilonAt(seed_.positionWorld);
-    const glm::vec3 from = seed_.positionWorld + lift * seed_.normal,
-                    way = caches_.positionWorld[cache] + lift * caches_.normal[cache] - from;
-    const float length = glm::length(way);
-    return !(length > 0.0f) || !tracer_.occluded({from, 0.0f, way / length, length});
+    return seesCache(tracer_, caches_, cache, seed_.positionWorld, seed_.normal);
   }
   std::optional<glm::vec2> nearest(const glm::vec2& middle) const {
     const glm::vec2 low = glm::max(middle - kAround, glm::vec2(0.0f)), high = glm::min(middle + kAround, last_);

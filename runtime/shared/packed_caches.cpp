@@ -31,7 +31,8 @@ PackedMap::PackedMap(const Caches& caches, std::pmr::memory_resource* memory)
       height(caches.lightmap.height),
       cache(caches.lightmap.cache.span(), memory),
       firstCache(caches.firstMapCache()),
-      normal(memory) {
+      normal(memory),
+      sight(caches.lightmap.sight.begin(), caches.lightmap.sight.end(), memory) {
   normal.reserve(caches.count() - firstCache);
   for (std::uint32_t each = firstCache; each < caches.count(); ++each)
     normal.push_back(packOctahedral(caches.normal[each]));
@@ -45,7 +46,8 @@ std::size_t PackedCaches::placeBytes() const {
 }
 
 std::size_t PackedCaches::indexBytes() const {
-  return map_.cache.bytes() + grid_.cache.bytes() + grid_.brick.bytes() + grid_.fine.bytes() + grid_.sight.bytes();
+  return map_.cache.bytes() + grid_.cache.bytes() + grid_.brick.bytes() + grid_.fine.bytes() + grid_.sight.bytes() +
+         sizeof(std::uint32_t) * map_.sight.size();
 }
 
 }  // namespace relume

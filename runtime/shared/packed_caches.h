@@ -39,6 +39,7 @@ struct PackedMap {
   CacheIndex cache;
   std::uint32_t firstCache;                // Caches::firstMapCache()
   std::pmr::vector<std::uint32_t> normal;  // [Size caches from there on] packOctahedral()
+  std::pmr::vector<std::uint32_t> sight;
 
   // Unit, or zero for a cache that gathers the sphere.
   glm::vec3 normalOf(std::uint32_t number) const {

@@ -2,6 +2,7 @@
 // Which caches a receiver reads, and how much of each: around a point of the light map, or of the grid.
 #pragma once
 
+#include "formats/map_sight.h"
 #include "runtime/shared/packed_caches.h"
 
 #include <glm/common.hpp>
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -33,6 +35,17 @@ inline TexelQuad texelsAround(const PackedMap& map, const glm::vec2& uv) {
   const std::size_t row0 = std::size_t{y0} * map.width, row1 = std::size_t{y1} * map.width;
   return {{row0 + x0, row0 + x1, row1 + x0, row1 + x1},
           {(1 - f.x) * (1 - f.y), f.x * (1 - f.y), (1 - f.x) * f.y, f.x * f.y}};
+}
+
+// Where a receiver at that point of the map reads it: on its own side of what stands on its surface. What is not finite stays.
+inline glm::vec2 pointInSight(const PackedMap& map, const glm::vec2& uv) {
+  if (map.sight.empty() || !std::isfinite(uv.x) || !std::isfinite(uv.y)) return uv;
+  const glm::vec2 size(static_cast<float>(map.width), static_cast<float>(map.height));
+  const glm::vec2 p = glm::min(glm::max(glm::vec2(0.0f), uv * size - 0.5f), size - 1.0f);
+  const glm::uvec2 low(p);
+  const std::uint32_t word = map.sight[std::size_t{low.y} * map.width + low.x];
+  if (word >> 24 == 0) return uv;
+  return (glm::vec2(low) + placeInSight(word, p - glm::vec2(low)) + 0.5f) / size;
 }
 
 // Up to sixteen caches and their weights, of which each is a normal float: the reciprocal of their total is finite.
