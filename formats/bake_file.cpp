@@ -186,10 +186,10 @@ Status checkFormatVersion(const Bake& bake, std::span<const std::byte> file) {
                       expected = isPacked(file) ? packedVersionOf(bake) : formatVersionOf(bake);
   if (version == expected) return done();
   const char* of = !bake.caches.lightmap.sight.empty() ? "a bake whose light map has sight"
-                   : !bake.certificate.empty()       ? "a bake with a certificate"
-                   : isPacked(file)                  ? "a packed bake without a certificate"
-                   : bake.emitters.materials.empty() ? "a bake without emitters"
-                                                     : "a bake with emitters";
+                   : !bake.certificate.empty()         ? "a bake with a certificate"
+                   : isPacked(file)                    ? "a packed bake without a certificate"
+                   : bake.emitters.materials.empty()   ? "a bake without emitters"
+                                                       : "a bake with emitters";
   return Error{ErrorCode::invalidFile, "header format version: expected " + std::to_string(expected) + ", of " + of +
                                            ", found " + std::to_string(version)};
 }

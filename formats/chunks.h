@@ -35,7 +35,7 @@ inline constexpr std::array<unsigned char, 8> kBakeMagic = {0x89, 'R', 'L', 'M',
 struct ChunkFileType {
   std::array<unsigned char, 8> magic;
   std::uint32_t oldestVersion, version;
-  const char* name;                                   // as messages have it
+  const char* name;                                      // as messages have it
   std::array<std::uint32_t, 3> packedVersions{0, 0, 0};  // whose chunks are coded; 0 = none
 
   bool isPacked(std::uint32_t itsVersion) const {

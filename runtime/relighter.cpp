@@ -252,7 +252,8 @@ Status Relighter::inherit(const Relighter& previous, const Bake& bake) try {
 
 glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal,
                                           const glm::vec3& geometricNormal) const {
-  return relume::irradianceOnLightmap(*state_->caches, state_->cacheLight(), state_->inSight(lightmapUv), normal, geometricNormal);
+  return relume::irradianceOnLightmap(*state_->caches, state_->cacheLight(), state_->inSight(lightmapUv), normal,
+                                      geometricNormal);
 }
 
 glm::vec3 Relighter::irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal) const {
@@ -274,7 +275,8 @@ Status Relighter::irradianceOnLightmap(std::span<const glm::vec2> lightmapUv, st
     return ok;
   const CacheLight light = state_->cacheLight();
   forReceivers(state_->parallelFor, irradiance.size(), [&](std::size_t i) {
-    irradiance[i] = relume::irradianceOnLightmap(*state_->caches, light, state_->inSight(lightmapUv[i]), normal[i], geometricNormal[i]);
+    irradiance[i] = relume::irradianceOnLightmap(*state_->caches, light, state_->inSight(lightmapUv[i]), normal[i],
+                                                 geometricNormal[i]);
   });
   return done();
 } catch (const std::bad_alloc& e) {
@@ -296,7 +298,8 @@ Status Relighter::irradianceInGrid(std::span<const glm::vec3> positionWorld, std
 }
 
 glm::vec3 Relighter::glossyOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& reflected, float exponent) const {
-  return relume::glossyOnLightmap(*state_->caches, state_->cacheLight(), state_->inSight(lightmapUv), reflected, exponent);
+  return relume::glossyOnLightmap(*state_->caches, state_->cacheLight(), state_->inSight(lightmapUv), reflected,
+                                  exponent);
 }
 
 glm::vec3 Relighter::glossyInGrid(const glm::vec3& positionWorld, const glm::vec3& normal, const glm::vec3& reflected,
@@ -313,7 +316,8 @@ Status Relighter::glossyOnLightmap(std::span<const glm::vec2> lightmapUv, std::s
     return ok;
   const CacheLight light = state_->cacheLight();
   forReceivers(state_->parallelFor, radiance.size(), [&](std::size_t i) {
-    radiance[i] = relume::glossyOnLightmap(*state_->caches, light, state_->inSight(lightmapUv[i]), reflected[i], exponent[i]);
+    radiance[i] =
+        relume::glossyOnLightmap(*state_->caches, light, state_->inSight(lightmapUv[i]), reflected[i], exponent[i]);
   });
   return done();
 } catch (const std::bad_alloc& e) {

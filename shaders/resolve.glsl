@@ -33,13 +33,17 @@ precision highp int;
 #ifndef RELUME_RESOLVE_TEXTURES
 #define RELUME_RESOLVE_TEXTURES 0
 #endif
+// RELUME_MAP_SIGHT: read the light map on the receiver's side of walls. Surfels are baked there.
+#ifndef RELUME_MAP_SIGHT
+#define RELUME_MAP_SIGHT 0
+#endif
 // RELUME_GLOSSY: with what glossy receivers call.
 #ifndef RELUME_GLOSSY
 #define RELUME_GLOSSY 0
 #endif
 
-// Where the light is read from: relumeMapY(), relumeMapCo(), relumeMapCg(), relumeMapNormal(), relumeCoefficients(),
-// relumeGridWord(), relumeDepthByte(), relumeResolve.
+// Where the light is read from: relumeMapY(), relumeMapCo(), relumeMapCg(), relumeMapNormal(), relumeMapSize(),
+// relumeCoefficients(), relumeGridWord(), relumeDepthByte(), relumeResolve.
 #if RELUME_RESOLVE_TEXTURES
 #include "lib/resolve_textures.glsl"
 #else
@@ -98,8 +102,37 @@ vec3 relumeFinish(vec3 e, mat3x4 c, float upper, vec3 n, float clamped) {
   return max(relumeYCoCgToRgb(e), vec3(0.0));
 }
 
+// Where a receiver at a finite point of the map reads it: pointInSight() of runtime/shared/stencil.h; the words are those
+// of formats/map_sight.h.
+vec2 relumePointInSight(vec2 uv) {
+#if RELUME_MAP_SIGHT
+  uint first = relumeResolve.mapSight;
+  if (first == kRelumeNone) return uv;
+  ivec2 size = relumeMapSize();
+  vec2 p = clamp(uv * vec2(size) - 0.5, vec2(0.0), vec2(size - 1));
+  ivec2 low = ivec2(p);
+  uint word = relumeGridWord(first + uint(low.y * size.x + low.x));
+  if ((word >> 24) == 0u) return uv;
+  vec2 f = p - vec2(low);
+  ivec3 line = ivec3(int(word << 24), int(word << 16), int(word << 8)) >> 24;
+  bool isBeyond = dot(vec2(line.xy), f - 0.5) > float(line.z);
+  if (line.z == -128) {
+    bvec2 isAbove = equal(greaterThan(f, 0.5 + vec2(line.xy >> 1) / 127.0), equal(line.xy & 1, ivec2(0)));
+    isBeyond = all(isAbove);
+  }
+  uint moves = word >> (isBeyond ? 28u : 24u);
+  uvec2 move = uvec2(moves, moves >> 2) & 3u;
+  if (move.x != 0u) f.x = float(move.x - 1u);
+  if (move.y != 0u) f.y = float(move.y - 1u);
+  return (vec2(low) + f + 0.5) / vec2(size);
+#else
+  return uv;
+#endif
+}
+
 vec3 relumeIrradianceLightmap(vec2 uv, vec3 n, vec3 geometricNormal) {
   if (!relumeFinite(uv.x) || !relumeFinite(uv.y) || !relumeCanShade(n) || !relumeCanShade(geometricNormal)) return vec3(0.0);
+  uv = relumePointInSight(uv);
   // The filtered w is the share of texels that have a cache: dividing by it leaves the others out.
   vec4 normal = relumeMapNormal(uv);
   if (!(normal.w > 0.0)) return vec3(0.0);

@@ -16,7 +16,7 @@ constexpr double kBounceBytes = 1.35;
 // Position in the grid; normal on the light map, and colour for it; the coefficients, and what they are counted in.
 constexpr double kGridCacheBytes = 12.0, kMapCacheBytes = 8.0, kCoefficientBytes = 2.0;
 // Numbers of caches, in the light map and the grid: in two bytes while so many caches are on the map.
-constexpr double kIndexBytes = 2.0, kWideIndexBytes = 4.0, kNarrowCaches = 65534.0;
+constexpr double kSightBytes = 4.0, kIndexBytes = 2.0, kWideIndexBytes = 4.0, kNarrowCaches = 65534.0;
 // Of what depth maps take in the bake: triangles that hide nothing are left out.
 constexpr double kSightShare = 0.65;
 constexpr double kRowBytes = 2.1, kStepBytes = 1.0, kNodesOfStep = 65536.0;
@@ -56,6 +56,7 @@ void count(const Surfels& surfels, const Hierarchy& hierarchy, const Caches& cac
   sizes.gridCaches = std::min(caches.firstMapCache(), caches.count());
   sizes.mapCaches = caches.count() - sizes.gridCaches;
   sizes.texels = static_cast<double>(caches.lightmap.cache.size());
+  sizes.sightWords = static_cast<double>(caches.lightmap.sight.size());
   sizes.gridIndexBytes = kIndexBytes * static_cast<double>(grid.cache.size() + grid.brick.size() + grid.fine.size()) +
                          kSightShare * 4.0 * static_cast<double>(grid.depth.size());
 }
@@ -94,7 +95,8 @@ RuntimeCost costWithoutLinks(const CostSizes& s) {
   RuntimeCost cost;
   cost.bytes = (kSurfelBytes + kTreeBytes + kBounceBytes) * s.surfels + kSkyBytes * s.skyPatches + kRowBytes * caches +
                (kGridCacheBytes + lightBytes(k)) * s.gridCaches + (kMapCacheBytes + mapLightBytes(s)) * s.mapCaches +
-               (s.mapCaches > kNarrowCaches ? kWideIndexBytes : kIndexBytes) * s.texels + s.gridIndexBytes;
+               (s.mapCaches > kNarrowCaches ? kWideIndexBytes : kIndexBytes) * s.texels + kSightBytes * s.sightWords +
+               s.gridIndexBytes;
   if (s.linkKind == LinkKind::oct6) cost.bytes += kStepBytes * caches * std::floor(nodes(s) / kNodesOfStep);
   // A nanosecond a coefficient: sums become coefficients, halves and texels.
   const double surfelNs = (mapIrradiance || s.lumaBands == 1 ? kColorNs : kCoefficientsNs) + kPullNs;

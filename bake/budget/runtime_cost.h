@@ -26,6 +26,7 @@ struct CostSizes {
   double skyPatches = 0.0;
   double gridCaches = 0.0, mapCaches = 0.0;
   double texels = 0.0;          // of the light map
+  double sightWords = 0.0;      // as many as texels where walls stand between them, else 0
   double gridIndexBytes = 0.0;  // of what look-ups keep of CacheGrid's arrays
   LinkKind linkKind = LinkKind::oct6;
   std::uint32_t linkBands = 0;  // of SH links

@@ -32,6 +32,7 @@ bool fits(const Caches& caches, const Scene& scene) {
       !std::all_of(caches.positionWorld.begin(), caches.positionWorld.end(), isPoint) ||
       !std::all_of(caches.normal.begin(), caches.normal.end(), isDirection))
     return false;
+  if (!map.sight.empty() && map.sight.size() != map.cache.size()) return false;
   if (map.cornerUv.empty()) return map.parts.empty() && map.backCornerUv.empty();
   if (map.cornerUv.size() != corners || map.parts.size() != scene.instances.size() ||
       (!map.backCornerUv.empty() && map.backCornerUv.size() != corners))

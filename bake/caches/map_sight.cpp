@@ -21,11 +21,11 @@ namespace relume {
 namespace {
 
 constexpr std::size_t kSquaresPerChunk = 64;
-constexpr int kFirstSide = 4, kSide = 8;  // points along a square: at first, and where one of those misses a texel
+constexpr int kFirstSide = 4, kSide = 16;  // points along a square: at first, and where one of those misses a texel
 // What a point costs is the weight of hidden texels that it reads, and this for each texel's width that it is moved.
-constexpr float kMoveCost = 0.2f;
+constexpr float kMoveCost = 0.4f;
 constexpr float kLeastKept = 0.1f;   // of a point's weights must be where it is moved to, or nothing is won
-constexpr float kLeastGain = 0.01f;  // a point: what a move, or a line, must save
+constexpr float kLeastGain = 0.03f;  // a point: what a move, or a line, must save
 constexpr int kLines = 16;           // directions of lines that are tried
 constexpr float kGapGain = 0.02f;    // for the width [texel] of the strip without points that a line lies in
 
@@ -66,28 +66,21 @@ struct SquarePoint {
   MoveCosts costs;
 };
 
-MoveCosts sumOf(std::span<const SquarePoint> points) {
-  MoveCosts sum{};
-  for (const SquarePoint& point : points) {
-    for (std::size_t move = 0; move < kMoves; ++move) sum[move] += point.costs[move];
-  }
-  return sum;
+void add(MoveCosts& sum, const MoveCosts& costs, float times) {
+  for (std::size_t move = 0; move < kMoves; ++move) sum[move] += times * costs[move];
 }
 std::size_t cheapest(const MoveCosts& costs) {
   return static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
 }
 
-// The word for a square's points.
-std::uint32_t fitSight(std::span<const SquarePoint> points) {
-  const MoveCosts all = sumOf(points);
-  const float gain = kLeastGain * static_cast<float>(points.size());
+// The cheapest word for a square's points so far, and what it costs.
+struct Fit {
   std::uint32_t word = 0;
-  float least = all[0];
-  if (const std::size_t move = cheapest(all); all[move] < least - gain) {
-    word = packMapSight(0, 0, 0, bitsOf(move), bitsOf(move));
-    least = all[move];
-  }
-  least -= gain;
+  float cost = 0.0f;
+};
+
+// A line between points parts them.
+void fitLine(std::span<const SquarePoint> points, const MoveCosts& all, Fit& fit) {
   std::vector<std::pair<float, std::size_t>> order(points.size());  // along the line's normal
   for (int line = 0; line < kLines; ++line) {
     const float angle = std::numbers::pi_v<float> * static_cast<float>(line) / static_cast<float>(kLines);
@@ -96,23 +89,75 @@ std::uint32_t fitSight(std::span<const SquarePoint> points) {
     std::sort(order.begin(), order.end());
     MoveCosts near{}, beyond = all;
     for (std::size_t i = 0; i + 1 < order.size(); ++i) {
-      for (std::size_t move = 0; move < kMoves; ++move) {
-        const float cost = points[order[i].second].costs[move];
-        near[move] += cost;
-        beyond[move] -= cost;
-      }
-      const float low = order[i].first, high = order[i + 1].first,
-                  offset = std::nearbyint(0.5f * (low + high));
+      add(near, points[order[i].second].costs, 1.0f);
+      add(beyond, points[order[i].second].costs, -1.0f);
+      const float low = order[i].first, high = order[i + 1].first, offset = std::nearbyint(0.5f * (low + high));
       if (!(offset >= low && offset < high)) continue;
       const std::size_t a = cheapest(near), b = cheapest(beyond);
       const float cost = near[a] + beyond[b] - kGapGain * (high - low) / 127.0f;
-      if (!(cost < least)) continue;
-      least = cost;
-      word = packMapSight(static_cast<int>(normal.x), static_cast<int>(normal.y), static_cast<int>(offset), bitsOf(a),
-                          bitsOf(b));
+      if (!(cost < fit.cost)) continue;
+      fit = {packMapSight(static_cast<int>(normal.x), static_cast<int>(normal.y), static_cast<int>(offset), bitsOf(a),
+                          bitsOf(b)),
+             cost};
     }
   }
-  return word;
+}
+
+// The corner of a room, whose walls run along the texels, parts them.
+void fitQuarter(std::span<const SquarePoint> points, const MoveCosts& all, Fit& fit) {
+  // What is below each corner between points, along both.
+  constexpr auto kStride = static_cast<std::size_t>(kSide + 1);
+  std::vector<MoveCosts> below(kStride * kStride, MoveCosts{});
+  for (const SquarePoint& point : points) {
+    const glm::uvec2 at(static_cast<float>(kSide) * point.place);
+    below[kStride * (at.y + 1) + at.x + 1] = point.costs;
+  }
+  for (std::size_t y = 1; y < kStride; ++y) {
+    for (std::size_t x = 1; x < kStride; ++x) {
+      MoveCosts& sum = below[kStride * y + x];
+      add(sum, below[kStride * (y - 1) + x], 1.0f);
+      add(sum, below[kStride * y + x - 1], 1.0f);
+      add(sum, below[kStride * (y - 1) + x - 1], -1.0f);
+    }
+  }
+  for (std::size_t y = 1; y + 1 < kStride; ++y) {
+    for (std::size_t x = 1; x + 1 < kStride; ++x) {
+      const MoveCosts &both = below[kStride * y + x], &ofX = below[kStride * (kStride - 1) + x],
+                      &ofY = below[kStride * y + kStride - 1];
+      // Quarters by where they are below: neither, x, y, both.
+      std::array<MoveCosts, 4> quarter{all, ofX, ofY, both};
+      add(quarter[0], ofX, -1.0f);
+      add(quarter[0], ofY, -1.0f);
+      add(quarter[0], both, 1.0f);
+      add(quarter[1], both, -1.0f);
+      add(quarter[2], both, -1.0f);
+      const glm::ivec2 corner(glm::round(127.0f * (glm::vec2(x, y) / static_cast<float>(kSide) - 0.5f)));
+      for (int q = 0; q < 4; ++q) {
+        const MoveCosts& beyond = quarter[static_cast<std::size_t>(q)];
+        MoveCosts near = all;
+        add(near, beyond, -1.0f);
+        const std::size_t a = cheapest(near), b = cheapest(beyond);
+        if (!(near[a] + beyond[b] < fit.cost)) continue;
+        fit = {packMapSight(2 * corner.x + (q & 1), 2 * corner.y + (q >> 1), kSightQuarter, bitsOf(a), bitsOf(b)),
+               near[a] + beyond[b]};
+      }
+    }
+  }
+}
+
+// The word for a square's points: what is less simple must cost less.
+std::uint32_t fitSight(std::span<const SquarePoint> points) {
+  MoveCosts all{};
+  for (const SquarePoint& point : points) add(all, point.costs, 1.0f);
+  const float gain = kLeastGain * static_cast<float>(points.size());
+  Fit fit{0, all[0] - gain};
+  if (const std::size_t move = cheapest(all); all[move] < fit.cost)
+    fit = {packMapSight(0, 0, 0, bitsOf(move), bitsOf(move)), all[move] - gain};
+  Fit line = fit;
+  fitLine(points, all, line);
+  if (line.word != fit.word) fit = {line.word, line.cost - gain};
+  fitQuarter(points, all, fit);
+  return fit.word;
 }
 
 // A side of a triangle that is on the light map, by where its corners are there.
@@ -240,8 +285,8 @@ class SquareSight {
     const Scene& scene = tracer_.scene();
     const SurfacePoint& point = triangle.point;
     const std::array<glm::vec3, 3> corner = scene.corners(scene.instances[point.instance], point.triangle);
-    const glm::vec3 position = corner[0] + point.barycentric.x * (corner[1] - corner[0]) +
-                               point.barycentric.y * (corner[2] - corner[0]);
+    const glm::vec3 position =
+        corner[0] + point.barycentric.x * (corner[1] - corner[0]) + point.barycentric.y * (corner[2] - corner[0]);
     const glm::vec3 front = geometricNormal(scene, point), normal = triangle.isBack ? -front : front;
     std::array<bool, 4> hidden{};
     for (std::size_t k = 0; k < 4; ++k)
@@ -264,7 +309,8 @@ std::vector<std::uint32_t> findMapSight(const RayTracer& tracer, const PlacedCac
   parallelChunks(context, "", words.size(), kSquaresPerChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t square = begin; square < end; ++square) {
       const std::uint64_t first = sorted.begin[square], count = sorted.begin[square + 1] - first;
-      if (count > 0) words[square] = sight.of(static_cast<std::uint32_t>(square), std::span(sorted.side).subspan(first, count));
+      if (count > 0)
+        words[square] = sight.of(static_cast<std::uint32_t>(square), std::span(sorted.side).subspan(first, count));
     }
   });
   if (std::all_of(words.begin(), words.end(), [](std::uint32_t word) { return word == 0; })) return {};

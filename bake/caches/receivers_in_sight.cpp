@@ -67,9 +67,7 @@ class ReadsInSight {
     const Lightmap& map = caches_.lightmap;
     return map.cache[static_cast<std::size_t>(texel.y) * map.width + static_cast<std::size_t>(texel.x)];
   }
-  bool sees(std::uint32_t cache) const {
-    return seesCache(tracer_, caches_, cache, seed_.positionWorld, seed_.normal);
-  }
+  bool sees(std::uint32_t cache) const { return seesCache(tracer_, caches_, cache, seed_.positionWorld, seed_.normal); }
   std::optional<glm::vec2> nearest(const glm::vec2& middle) const {
     const glm::vec2 low = glm::max(middle - kAround, glm::vec2(0.0f)), high = glm::min(middle + kAround, last_);
     float least = std::numeric_limits<float>::infinity();

@@ -69,17 +69,6 @@ void writeIdentity(json& asset, const Scene& scene, const Bake& bake, std::uint6
   asset["extras"]["relume"]["lightmap"] = std::move(lightmap);
 }
 
-// The lists of extensions without Draco's, once nothing is compressed by it.
-void forgetDraco(json& root) {
-  const std::string name = kDracoExtension;
-  for (const json& mesh : root.value("meshes", json::array())) {
-    for (const json& primitive : mesh["primitives"]) {
-      if (primitive.contains("extensions") && primitive["extensions"].contains(name)) return;
-    }
-  }
-  forgetExtension(root, name);
-}
-
 Result<ExportedLevel> makeLevel(const std::filesystem::path& path, const Scene& scene, const Bake& bake,
                                 std::uint64_t bakeFileHash, Context& context) {
   // 1. The document
@@ -100,7 +89,8 @@ Result<ExportedLevel> makeLevel(const std::filesystem::path& path, const Scene& 
   // 3. Meshes and nodes
   const Result<PlacedMeshes> placed = placeMeshes(out.document, scene, *primitives, sets);
   if (!placed) return placed.error();
-  forgetDraco(root);
+  if (const Status status = decodeRest(out.document, context); !status) return status.error();
+  forgetExtension(root, kDracoExtension);
   // 4. Bytes that only the replaced primitives had
   out.bytesPruned = pruneDocument(out.document);
   // 5. Identity

@@ -111,7 +111,7 @@ Result<SourcePrimitive> readSource(const LevelDocument& document, AccessorReader
   if (mesh >= model.meshes.size() || primitive >= model.meshes[mesh].primitives.size())
     return changed(document, out.where);
   out.parsed = &model.meshes[mesh].primitives[primitive];
-  out.element = document.root.at("meshes")[mesh].at("primitives")[primitive];
+  out.element = document.meshesBefore().at(mesh).at("primitives").at(primitive);
 
   std::vector<std::uint32_t> indices;
   if (out.parsed->extensions.contains(kDracoExtension)) {
@@ -120,7 +120,8 @@ Result<SourcePrimitive> readSource(const LevelDocument& document, AccessorReader
     out.draco = std::move(*draco);
     indices = std::move(out.draco->indices);
     const auto position = out.draco->attributes.find("POSITION");
-    if (position == out.draco->attributes.end()) return changed(document, out.where);
+    if (position == out.draco->attributes.end())
+      return document.source().invalid(out.where, "its Draco data has no POSITION");
     out.vertexCount = static_cast<std::uint32_t>(position->second.count);
   } else {
     const json& accessor =
@@ -306,6 +307,17 @@ class Maker {
   std::map<std::size_t, int> zeros_;
 };
 
+// A primitive of Draco's as a plain one with the same vertices.
+Result<json> decodeWhole(LevelDocument& document, AccessorReader& reader, std::uint32_t mesh, std::uint32_t primitive) {
+  const Result<SourcePrimitive> source = readSource(document, reader, mesh, primitive);
+  if (!source) return source.error();
+  SplitVertices whole;
+  whole.source.resize(source->vertexCount);
+  std::iota(whole.source.begin(), whole.source.end(), 0u);
+  whole.corner = source->corner;
+  return Copies(document, *source).primitive(whole);
+}
+
 }  // namespace
 
 TexcoordSets chooseSets(const json& root) {
@@ -344,6 +356,40 @@ Result<LightmapPrimitives> makeLightmapPrimitives(LevelDocument& document, const
       return status.error();
   }
   return out;
+}
+
+Status decodeRest(LevelDocument& document, Context& context) {
+  const auto isCompressed = [](const json& primitive) {
+    return primitive.contains("extensions") && primitive["extensions"].contains(kDracoExtension);
+  };
+  // Copies of meshes have primitives of the meshes that they are copies of.
+  std::map<json, std::pair<std::uint32_t, std::uint32_t>> places;
+  const json& before = document.meshesBefore();
+  for (std::uint32_t m = 0; m < before.size(); ++m) {
+    const json& primitives = before[m].at("primitives");
+    for (std::uint32_t p = 0; p < primitives.size(); ++p) {
+      if (isCompressed(primitives[p])) places.try_emplace(primitives[p], m, p);
+    }
+  }
+  if (places.empty()) return done();
+
+  AccessorReader reader(document.source());
+  std::map<json, json> decoded;
+  for (json& mesh : document.root["meshes"]) {
+    for (json& primitive : mesh.at("primitives")) {
+      if (!isCompressed(primitive)) continue;
+      if (context.cancelled()) return cancelledError();
+      const auto [known, fresh] = decoded.try_emplace(primitive);
+      if (fresh) {
+        const auto& [m, p] = places.at(primitive);
+        Result<json> made = decodeWhole(document, reader, m, p);
+        if (!made) return made.error();
+        known->second = std::move(*made);
+      }
+      primitive = known->second;
+    }
+  }
+  return done();
 }
 
 }  // namespace relume

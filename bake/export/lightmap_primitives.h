@@ -37,4 +37,8 @@ struct LightmapPrimitives {
 Result<LightmapPrimitives> makeLightmapPrimitives(LevelDocument& document, const Scene& scene, const Lightmap& map,
                                                   TexcoordSets sets, Context& context);
 
+// Decode what Draco still has once the meshes are placed, on the map or not: a host without a decoder refuses the whole
+// level for one such primitive. Errors of the importer; failed: cancelled.
+Status decodeRest(LevelDocument& document, Context& context);
+
 }  // namespace relume

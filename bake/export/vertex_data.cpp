@@ -111,17 +111,20 @@ double component(const std::uint8_t* bytes, int type) {
   }
 }
 
-// Let min and max, where the accessor has them, be those of its elements.
+// Let min and max, where the accessor has them, be those of its elements that are numbers.
 void boundElements(json& accessor, std::span<const std::uint8_t> bytes, std::size_t stride) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const int type = accessor["componentType"].get<int>();
   for (const char* name : {"min", "max"}) {
     if (!accessor.contains(name) || !accessor[name].is_array() || bytes.empty()) continue;
     for (std::size_t c = 0; c < accessor[name].size() && (c + 1) * componentBytes(type) <= stride; ++c) {
-      double bound = component(&bytes[c * componentBytes(type)], type);
+      const bool isMin = name[1] == 'i';
+      double bound = isMin ? kInfinity : -kInfinity;
       for (std::size_t at = 0; at < bytes.size(); at += stride) {
         const double value = component(&bytes[at + c * componentBytes(type)], type);
-        bound = name[1] == 'i' ? std::min(bound, value) : std::max(bound, value);
+        if (std::isfinite(value)) bound = isMin ? std::min(bound, value) : std::max(bound, value);
       }
+      if (!std::isfinite(bound)) continue;
       if (type == kFloat)
         accessor[name][c] = bound;
       else
@@ -214,8 +217,7 @@ Result<int> copyElements(LevelDocument& document, int accessor, const RawElement
   copy.erase("sparse");
   copy.erase("byteOffset");
   copy["count"] = source.size();
-  const std::size_t all = elements.count();
-  if (source.size() < all || (all > 0 && source[all - 1] != all - 1)) boundElements(copy, bytes, stride);
+  boundElements(copy, bytes, stride);
   copy["bufferView"] = document.addView(bytes, ViewTarget::vertices, stride == elements.size ? 0 : stride);
   return document.addAccessor(std::move(copy));
 }

@@ -32,7 +32,7 @@ Result<RawElements> encodeRaw(const LevelDocument& document, int accessor, const
                               const std::string& where);
 
 // A new accessor with elements source[0], source[1] .. and everything else as `accessor` has it: type, normalisation,
-// name, extras; its bounds too, unless elements are left out. invalidFile: a source is not among the elements.
+// name, extras. Where it has min and max, they are these elements'. invalidFile: a source is not among the elements.
 Result<int> copyElements(LevelDocument& document, int accessor, const RawElements& elements,
                          std::span<const std::uint32_t> source, const std::string& where);
 

@@ -118,9 +118,10 @@ Result<FileInside> resolveInside(const std::string& uri, const fs::path& folder,
   if (!name || name->empty() || name->find('\0') != std::string::npos) return invalid(where, "malformed URI " + quoted);
   if (uri.find(':') != std::string::npos)
     return invalid(where, "URI " + quoted + " has a scheme; expected a file beside the scene or a data URI");
-  const fs::path relative(*name);
-  const bool climbs = std::find(relative.begin(), relative.end(), "..") != relative.end();
-  if (relative.is_absolute() || climbs || name->find('\\') != std::string::npos)
+  if (name->find('\\') != std::string::npos)
+    return invalid(where, "URI " + quoted + " has a backslash; expected / between folder and file");
+  const fs::path relative = fs::path(*name).lexically_normal();  // as URIs are resolved: a/../b is b, whatever a is
+  if (relative.is_absolute() || *relative.begin() == "..")
     return invalid(where, "URI " + quoted + " leaves the scene's folder");
 
   std::error_code ec;

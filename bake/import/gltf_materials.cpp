@@ -114,28 +114,24 @@ Result<MaterialDraft> draftMaterial(const tinygltf::Material& source, int index,
   return draft;
 }
 
-// Mesh::uv holds two sets: those numbered 0 and 1, unless a texture wants another and none wants set 0.
-UvSets assignSets(MaterialDraft& draft, const GltfDocument& document, Context& context) {
+// Mesh::uv holds two sets: 0 and 1, but where a texture wants another, that takes the place of one that is not used.
+// Emission without a texture may be driven by images, which lie by set 0.
+UvSets assignSets(MaterialDraft& draft) {
   UvSets sets{0, 1};
+  const bool isDriven = draft.material.drivable || draft.material.emission != glm::vec3(0.0f);
   const auto uses = [&](int set) {
     return (draft.albedo.image >= 0 && draft.albedo.set == set) ||
-           (draft.emission.image >= 0 && draft.emission.set == set);
+           (draft.emission.image >= 0 && draft.emission.set == set) ||
+           (isDriven && draft.emission.image < 0 && set == 0);
   };
   for (TextureSlot* slot : {&draft.albedo, &draft.emission}) {
     if (slot->image < 0) continue;
-    if (slot->set > 1 && slot->set != sets[0]) {
-      if (uses(0) || sets[0] != 0) {
-        context.message(
-            Severity::warning,
-            document.at("material '" + draft.material.name + "' uses TEXCOORD_" + std::to_string(slot->set) +
-                        " beside others, so that texture is left out; bring its textures to two sets of texture "
-                        "coordinates, TEXCOORD_0 and TEXCOORD_1"));
-        slot->image = -1;
-        continue;
-      }
-      sets[0] = slot->set;
+    auto at = std::find(sets.begin(), sets.end(), slot->set);
+    if (at == sets.end()) {
+      at = uses(sets[0]) ? sets.begin() + 1 : sets.begin();
+      *at = slot->set;
     }
-    slot->ref.texcoord = slot->set == 1 ? 1u : 0u;
+    slot->ref.texcoord = static_cast<std::uint32_t>(at - sets.begin());
   }
   return sets;
 }
@@ -246,7 +242,7 @@ Result<std::vector<UvSets>> importMaterials(GltfDocument& document, Scene& scene
   for (std::size_t i = 0; i < document.model.materials.size(); ++i) {
     Result<MaterialDraft> draft = draftMaterial(document.model.materials[i], static_cast<int>(i), reader);
     if (!draft) return draft.error();
-    sets.push_back(assignSets(*draft, document, context));
+    sets.push_back(assignSets(*draft));
     for (const TextureSlot* slot : {&draft->albedo, &draft->emission}) {
       if (slot->image < 0) continue;
       ImageUse& use = uses[static_cast<std::size_t>(slot->image)];

@@ -199,8 +199,9 @@ Status NodeImporter::readExtras(const tinygltf::Node& node, const std::string& w
   const tinygltf::Value& relume = node.extras.Get("relume");
   const std::string path = where + ".extras.relume";
   if (!relume.IsObject()) return document_.invalid(path, "expected an object");
-  warnOfUnknownMembers(document_, relume, path, {"bake", "playSpace", "texelDensity", "volume"}, unknownMembers_,
-                       context_);
+  // gpuInstance is the export's (place_meshes.cpp), for games alone.
+  warnOfUnknownMembers(document_, relume, path, {"bake", "playSpace", "texelDensity", "volume", "gpuInstance"},
+                       unknownMembers_, context_);
   if (relume.Has("bake")) {
     const tinygltf::Value& bake = relume.Get("bake");
     const std::string mode = bake.IsString() ? bake.Get<std::string>() : "";

@@ -69,11 +69,11 @@ struct Lightmap {
   Array<std::uint32_t> cornerUv;        // [Size 3 * triangles] packUnorm16x2 or kGridLit; (0,0) is the corner of texel
                                         // row 0, texel centres at (i + 0.5) / size. For the front side; corners in glTF
                                         // order, also where an instance mirrors
-  Array<std::uint32_t> sight;           // [Size 0 or width*height] for the square between the centres of a texel and
-                                        // its upper neighbours: where its points are read, so that none reads across a
-                                        // wall. 0 = where they are; formats/map_sight.h has the bits. Resolves do it
   Array<std::uint32_t> backCornerUv;  // [Size 0 or 3 * triangles] the same for the back side, whose light differs: read
                                       // it where gl_FrontFacing is false. Empty = no back side is seen
+  Array<std::uint32_t> sight;         // [Size 0 or width*height] for the square between the centres of a texel and
+                                      // its upper neighbours: where its points are read, so that none reads across a
+                                      // wall. 0 = where they are; formats/map_sight.h has the bits. Resolves do it
 };
 
 // Caches in the order grid, then light map: none is on both. Only unique, valid caches are kept.

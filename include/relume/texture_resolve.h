@@ -35,7 +35,7 @@ struct TextureResolve {
   // relumeLightmap: an array of RGBA16F, four coefficients a layer, Y, then Co, then Cg, then the normal of the texel's
   //   cache with w = 1 where there is one.
   // relumeGridCaches: RGBA16F, four coefficients a texel, of the grid's caches.
-  // relumeGridWords: RGBA8, the grid's caches, bricks and depths.
+  // relumeGridWords: RGBA8, the grid's caches, bricks and depths, and the light map's sight (Lightmap::sight).
   // With RelightOptions::gridTexture, where it came to be, relumeGridVectors, relumeGridChroma and relumeGridOpen:
   //   volumes of RGBA16F, RG16F and R8.
   std::vector<ResolveTexture> textures;

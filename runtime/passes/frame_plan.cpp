@@ -258,8 +258,8 @@ void FramePlan::makeBuffers(const GridTexture& texture, std::uint32_t movingPart
   addBuffer(kCacheLight, "caches", GpuUse::light, {}, firstMapCache_ * cacheBytes(bands_));
   addBuffer(kMapTexels, "texels of caches", GpuUse::constant, keep(listTexels(bake_.caches, firstMapCache_, memory_)));
   addBuffer(kTexelColors, "texel irradiance", GpuUse::light, keep(darkTexels(bake_.caches.lightmap, memory_)));
-  const PackedGridLayout grid = layoutGrid(caches.grid(), texture);
-  addBuffer(kGrid, "grid", GpuUse::constant, keep(packGrid(caches.grid(), grid, memory_)));
+  const PackedGridLayout grid = layoutGrid(caches, texture);
+  addBuffer(kGrid, "grid", GpuUse::constant, keep(packGrid(caches, grid, memory_)));
   std::pmr::vector<gl::RelumeResolve> resolve(1, grid.resolve, memory_);
   addBuffer(kResolve, "resolve", GpuUse::constant, keep(std::move(resolve)));
   std::pmr::vector<gl::RelumeSurfels> box(1, surfelBox_, memory_);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The grid as one buffer of words, in the order that shaders/resolve.glsl reads: caches of the lattice's points, bricks
-// of its cells, the bricks, then for each cache of the grid its position and how far it sees.
+// of its cells, the bricks, then for each cache of the grid its position and how far it sees. Last come the words that
+// keep receivers of the light map on their side of walls.
 #pragma once
 
 #include "formats/grid_depth.h"
@@ -31,7 +32,8 @@ struct PackedGridLayout {
   std::size_t words = 0;
 };
 
-inline PackedGridLayout layoutGrid(const PackedGrid& grid, const GridTexture& texture) {
+inline PackedGridLayout layoutGrid(const PackedCaches& packed, const GridTexture& texture) {
+  const PackedGrid& grid = packed.grid();
   PackedGridLayout layout;
   gl::RelumeResolve& resolve = layout.resolve;
   resolve.gridOriginWorld = grid.originWorld;
@@ -51,11 +53,15 @@ inline PackedGridLayout layoutGrid(const PackedGrid& grid, const GridTexture& te
   resolve.gridDepthWords = grid.sight.empty() ? 0 : kDepthWords;
   layout.caches = static_cast<std::uint32_t>(grid.positionWorld.size());
   layout.words += std::size_t{layout.caches} * (3 + resolve.gridDepthWords);
+  const std::size_t sight = packed.map().sight.size();
+  resolve.mapSight = sight == 0 ? gl::kRelumeNone : static_cast<std::uint32_t>(layout.words);
+  layout.words += sight;
   return layout;
 }
 
-inline std::pmr::vector<std::uint32_t> packGrid(const PackedGrid& grid, const PackedGridLayout& layout,
+inline std::pmr::vector<std::uint32_t> packGrid(const PackedCaches& packed, const PackedGridLayout& layout,
                                                 std::pmr::memory_resource* memory) {
+  const PackedGrid& grid = packed.grid();
   std::pmr::vector<std::uint32_t> words(memory);
   words.reserve(layout.words);
   for (const CacheIndex* part : {&grid.cache, &grid.brick, &grid.fine}) {
@@ -67,6 +73,7 @@ inline std::pmr::vector<std::uint32_t> packGrid(const PackedGrid& grid, const Pa
     words.resize(words.size() + depthWords);
     if (depthWords > 0) grid.sight.read(cache, std::span(words).last(depthWords));
   }
+  words.insert(words.end(), packed.map().sight.begin(), packed.map().sight.end());
   return words;
 }
 

@@ -19,13 +19,14 @@ inline std::vector<std::pair<std::string, std::string>> bandDefines(const CacheB
           {"RELUME_MAP_IRRADIANCE", bands.irradianceOnMap ? "1" : "0"}};
 }
 
-// The same for receivers of hosts: glossy ones too, with what two bands lack guessed, and with the grid's texture or
-// what stands in for it.
+// The same for receivers of hosts: glossy ones too, with what two bands lack guessed, on their side of walls, and with
+// the grid's texture or what stands in for it.
 inline std::vector<std::pair<std::string, std::string>> resolveDefines(const CacheBands& bands,
                                                                        bool gridTexture = false) {
   auto defines = bandDefines(bands);
   defines.emplace_back("RELUME_GLOSSY", "1");
   defines.emplace_back("RELUME_GUESS_BANDS", "1");
+  defines.emplace_back("RELUME_MAP_SIGHT", "1");
   defines.emplace_back("RELUME_GRID_TEXTURE", gridTexture ? "1" : "0");
   return defines;
 }

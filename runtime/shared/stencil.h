@@ -37,7 +37,8 @@ inline TexelQuad texelsAround(const PackedMap& map, const glm::vec2& uv) {
           {(1 - f.x) * (1 - f.y), f.x * (1 - f.y), (1 - f.x) * f.y, f.x * f.y}};
 }
 
-// Where a receiver at that point of the map reads it: on its own side of what stands on its surface. What is not finite stays.
+// Where a receiver at that point of the map reads it: on its own side of what stands on its surface. What is not finite
+// stays.
 inline glm::vec2 pointInSight(const PackedMap& map, const glm::vec2& uv) {
   if (map.sight.empty() || !std::isfinite(uv.x) || !std::isfinite(uv.y)) return uv;
   const glm::vec2 size(static_cast<float>(map.width), static_cast<float>(map.height));

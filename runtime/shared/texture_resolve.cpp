@@ -165,7 +165,7 @@ std::string plainGlsl(std::string_view text) {
 
 Result<TextureResolve> describeTextures(const ResolveSource& source) {
   const GridTexture none(source.memory);
-  const PackedGridLayout grid = layoutGrid(source.caches.grid(), source.gridTexture ? *source.gridTexture : none);
+  const PackedGridLayout grid = layoutGrid(source.caches, source.gridTexture ? *source.gridTexture : none);
   const std::size_t cacheTexels = std::size_t{source.caches.firstMapCache()} * Layers(source.bands).total();
   const std::size_t most = std::max(grid.words, cacheTexels);
   if (most > std::size_t{kRow} * kMaxRows) {
@@ -197,7 +197,8 @@ Result<TextureResolve> describeTextures(const ResolveSource& source) {
   out.grid = {glm::vec4(r.gridOriginWorld, r.gridBricks == gl::kRelumeNone ? -1.0f : f(r.gridBricks)),
               glm::vec4(r.gridSpacing, f(r.gridFine)),
               glm::vec4(glm::vec3(r.gridResolution), f(r.gridCaches)),
-              glm::vec4(f(r.gridDepthWords), r.gridDepthUnit, r.gridFinestSpacing, 0.0f),
+              glm::vec4(f(r.gridDepthWords), r.gridDepthUnit, r.gridFinestSpacing,
+                        r.mapSight == gl::kRelumeNone ? -1.0f : f(r.mapSight)),
               glm::vec4(r.gridTextureSpacing, f(r.gridTextureStep)),
               glm::vec4(glm::vec3(r.gridTextureResolution), 0.0f)};
   return out;
@@ -217,8 +218,8 @@ void writeTexels(const ResolveSource& source, std::size_t texture, const CacheLi
       return copy(packed.data(), packed.size() * sizeof(packed[0]));
     }
     case kWords: {
-      const PackedGridLayout layout = layoutGrid(source.caches.grid(), GridTexture(source.memory));
-      const std::pmr::vector<std::uint32_t> words = packGrid(source.caches.grid(), layout, source.memory);
+      const PackedGridLayout layout = layoutGrid(source.caches, GridTexture(source.memory));
+      const std::pmr::vector<std::uint32_t> words = packGrid(source.caches, layout, source.memory);
       static_assert(std::endian::native == std::endian::little, "the lowest byte of a word is red");
       return copy(words.data(), words.size() * sizeof(words[0]));
     }

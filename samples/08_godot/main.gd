@@ -2,7 +2,7 @@
 # A level in Godot 3: its lights, its shadows and things that move, with Relume's indirect light. play.sh runs it.
 #   --level=FILE.glb --port=N [--screenshot=OUT.png] [--frames=N] [--show=all|direct|indirect] [--still]
 # Ends with 0, 1 (usage), 2 (a file that cannot be read or written), 3 (the level's, or bake and level do not belong
-# together), 4 (no server) or 5 (no OpenGL ES 3.0).
+# together), 4 (no server) or 5 (no OpenGL ES 3.0, or an extension that the level requires).
 extends Spatial
 
 const SHADER := preload("res://surface.shader")
@@ -73,7 +73,6 @@ func add_level() -> void:
 	for surface in level.surfaces:
 		var instance := MeshInstance.new()
 		instance.mesh = surface["mesh"]
-		instance.transform = surface["transform"]
 		instance.cast_shadow = GeometryInstance.SHADOW_CASTING_SETTING_DOUBLE_SIDED
 		var material: Dictionary = surface["material"] if surface["material"] != null else {}
 		var pbr: Dictionary = material.get("pbrMetallicRoughness", {})
@@ -89,7 +88,7 @@ func add_level() -> void:
 		add_child(instance)
 	var camera := Camera.new()
 	camera.set_perspective(level.fov_y, 0.05, 100)
-	camera.transform = level.camera.orthonormalized()
+	camera.transform = level.camera
 	camera.cull_mask = 1
 	add_child(camera)
 	camera.current = true
@@ -108,7 +107,7 @@ func set_intensity(light: Light, intensity: Color) -> void:
 	light.light_energy = top / PI
 
 func add_lights() -> void:
-	sun.transform = level.sun["transform"].orthonormalized()
+	sun.transform = level.sun["transform"]
 	sun.directional_shadow_mode = DirectionalLight.SHADOW_ORTHOGONAL
 	sun.directional_shadow_max_distance = level.bounds.size.length() + 1.0
 	lamp.transform.origin = level.lamp["transform"].origin
@@ -161,7 +160,7 @@ func move(seconds: float) -> void:
 			level.receivers[at] = [instance.transform.xform(arrays[Mesh.ARRAY_VERTEX][k]),
 					instance.transform.basis * arrays[Mesh.ARRAY_NORMAL][k]]
 			at += 1
-	sun.transform.basis = Basis(Vector3(0, 1, 0), 0.3 * sin(0.4 * seconds)) * level.sun["transform"].basis.orthonormalized()
+	sun.transform.basis = Basis(Vector3(0, 1, 0), 0.3 * sin(0.4 * seconds)) * level.sun["transform"].basis
 	set_intensity(sun, level.sun["intensity"])
 	set_intensity(lamp, level.lamp["intensity"] * (0.8 + 0.2 * cos(2.3 * seconds)))
 	for material in materials + [relume.material]:

@@ -8,19 +8,31 @@
 #include <glm/matrix.hpp>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstring>
 #include <map>
 #include <stdexcept>
+#include <string_view>
+#include <utility>
 
 #include <tiny_gltf.h>
 
 namespace {
 
+constexpr std::array<std::string_view, 3> kReadExtensions{"KHR_lights_punctual", "KHR_materials_emissive_strength",
+                                                          "KHR_mesh_quantization"};
+
 // A member of what may be no object: nothing then.
 tinygltf::Value memberOf(const tinygltf::Value& value, const char* name) {
   return value.IsObject() ? value.Get(name) : tinygltf::Value();
+}
+
+// Scale, shear and mirroring of the nodes above do not change what a camera sees.
+glm::mat4 rigid(const glm::mat4& m) {
+  const glm::vec3 z = glm::normalize(glm::vec3(m[2])), x = glm::normalize(glm::cross(glm::vec3(m[1]), z));
+  return {glm::vec4(x, 0.0f), glm::vec4(glm::cross(z, x), 0.0f), glm::vec4(z, 0.0f), m[3]};
 }
 
 struct Loader {
@@ -28,6 +40,7 @@ struct Loader {
   Level level;
   int lightmapSet = -1;      // TEXCOORD set of the light map
   float lightFactor = 1.0f;  // from the level's unit to W/sr and W/m²
+  bool hasCamera = false, hasPerspective = false;
 
   // Component c of element i, integers as the fractions that they stand for where they are normalised.
   double number(const tinygltf::Accessor& a, std::size_t i, std::size_t c) const {
@@ -40,9 +53,13 @@ struct Loader {
     if (at + size > data.size()) throw std::out_of_range("an accessor is longer than its buffer");
     const auto as = [&](auto value, double one) {
       std::memcpy(&value, data.data() + at, sizeof value);
-      return static_cast<double>(value) / (a.normalized ? one : 1.0);
+      return a.normalized ? std::max(static_cast<double>(value) / one, -1.0) : static_cast<double>(value);
     };
     switch (a.componentType) {
+      case TINYGLTF_COMPONENT_TYPE_BYTE:
+        return as(std::int8_t{}, 127.0);
+      case TINYGLTF_COMPONENT_TYPE_SHORT:
+        return as(std::int16_t{}, 32767.0);
       case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
         return as(std::uint8_t{}, 255.0);
       case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
@@ -52,7 +69,7 @@ struct Loader {
       case TINYGLTF_COMPONENT_TYPE_FLOAT:
         return as(0.0f, 1.0);
       default:
-        throw std::runtime_error("signed integers are not read here");
+        throw std::runtime_error("an accessor has component type " + std::to_string(a.componentType));
     }
   }
 
@@ -101,7 +118,21 @@ struct Loader {
     if (index != nullptr) draw.indexCount = static_cast<std::uint32_t>(index->count);
     for (std::uint32_t i = 0; i < draw.indexCount; ++i)
       level.indices.push_back(first + (index != nullptr ? static_cast<std::uint32_t>(number(*index, i, 0)) : i));
+    if (glm::determinant(glm::mat3(worldFromNode)) < 0.0f) {  // fronts stay counter-clockwise where a node mirrors
+      for (std::size_t i = draw.firstIndex; i + 2 < level.indices.size(); i += 3)
+        std::swap(level.indices[i + 1], level.indices[i + 2]);
+    }
     level.draws.push_back(draw);
+  }
+
+  // The first perspective camera, or where there is none, the place of the first.
+  void addCamera(const tinygltf::Camera& camera, const glm::mat4& worldFromNode) {
+    const bool isPerspective = camera.type == "perspective";
+    if (hasPerspective || (hasCamera && !isPerspective)) return;
+    level.worldFromCamera = rigid(worldFromNode);
+    if (isPerspective) level.fovYRad = static_cast<float>(camera.perspective.yfov);
+    hasCamera = true;
+    hasPerspective = isPerspective;
   }
 
   void addNode(std::size_t n, const glm::mat4& worldFromParent) {
@@ -121,10 +152,7 @@ struct Loader {
       for (const tinygltf::Primitive& primitive : mesh.primitives)
         addPrimitive(primitive, world, node.weights.empty() ? mesh.weights : node.weights);
     }
-    if (node.camera >= 0 && level.worldFromCamera == glm::mat4(1.0f)) {
-      level.worldFromCamera = world;
-      level.fovYRad = static_cast<float>(model.cameras.at(static_cast<std::size_t>(node.camera)).perspective.yfov);
-    }
+    if (node.camera >= 0) addCamera(model.cameras.at(static_cast<std::size_t>(node.camera)), world);
     if (const auto found = node.extensions.find("KHR_lights_punctual"); found != node.extensions.end()) {
       const tinygltf::Light& light =
           model.lights.at(static_cast<std::size_t>(found->second.Get("light").GetNumberAsInt()));
@@ -182,8 +210,13 @@ relume::Result<Level> loadLevel(const std::string& path) {
   tinygltf::TinyGLTF parser;
   tinygltf::Model model;
   std::string error, warning;
-  if (!parser.LoadBinaryFromFile(&model, &error, &warning, path))
-    return relume::Error{relume::ErrorCode::io, path + ": " + error};
+  const bool parsed = parser.LoadBinaryFromFile(&model, &error, &warning, path);
+  for (const std::string& name : model.extensionsRequired) {
+    if (std::find(kReadExtensions.begin(), kReadExtensions.end(), name) == kReadExtensions.end())
+      return relume::Error{relume::ErrorCode::unsupported,
+                           path + ": requires the extension " + name + ", which is not read here"};
+  }
+  if (!parsed) return relume::Error{relume::ErrorCode::io, path + ": " + error};
   try {
     Loader loader{model, {}};
     loader.run();

@@ -45,8 +45,8 @@ struct Level {
   std::vector<Image> images;
   relume::Light sun{.kind = relume::LightKind::directional, .intensity = glm::vec3(0.0f)};
   relume::Light lamp{.intensity = glm::vec3(0.0f)};
-  glm::mat4 worldFromCamera{1.0f};
-  float fovYRad = 1.0f;
+  glm::mat4 worldFromCamera{1.0f};     // a rotation and a place: no scale
+  float fovYRad = 1.0471976f;          // of a level without a perspective camera: 60 degrees
   glm::vec3 low{1e30f}, high{-1e30f};  // bounds [m]
   std::uint64_t bakeScene = 0;         // Provenance::sceneHash of the bake that belongs to it
 };

@@ -57,6 +57,7 @@ vec3 relumeGlossyLightmap(vec2 uv, vec3 r, float exponent) {
   return relumeIrradianceLightmap(uv, r, r) * 0.318309886;
 #else
   if (!relumeFinite(uv.x) || !relumeFinite(uv.y) || !relumeCanShade(r)) return vec3(0.0);
+  uv = relumePointInSight(uv);
   vec4 normal = relumeMapNormal(uv);
   if (!(normal.w > 0.0)) return vec3(0.0);
   float s[RELUME_LUMA_BANDS];

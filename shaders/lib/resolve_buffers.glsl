@@ -19,6 +19,7 @@ uint relumeOpenBits(ivec3 cell) { return texelFetch(relumeGridOpen, cell, 0).x; 
 vec4 relumeMapY(vec2 uv, int layer) { return textureLod(relumeLightmapY, vec3(uv, float(layer)), 0.0); }
 vec4 relumeMapCo(vec2 uv, int layer) { return textureLod(relumeLightmapCo, vec3(uv, float(layer)), 0.0); }
 vec4 relumeMapCg(vec2 uv, int layer) { return textureLod(relumeLightmapCg, vec3(uv, float(layer)), 0.0); }
+ivec2 relumeMapSize() { return textureSize(relumeLightmapNormal, 0); }
 vec4 relumeMapNormal(vec2 uv) { return textureLod(relumeLightmapNormal, uv, 0.0); }
 
 // Four coefficients of a cache of the grid.

@@ -20,6 +20,7 @@ vec4 relumeMapLayer(vec2 uv, int layer) { return textureLod(relumeLightmap, vec3
 vec4 relumeMapY(vec2 uv, int layer) { return relumeMapLayer(uv, layer); }
 vec4 relumeMapCo(vec2 uv, int layer) { return relumeMapLayer(uv, RELUME_MAP_LUMA_LAYERS + layer); }
 vec4 relumeMapCg(vec2 uv, int layer) { return relumeMapLayer(uv, RELUME_MAP_LUMA_LAYERS + RELUME_MAP_CHROMA_LAYERS + layer); }
+ivec2 relumeMapSize() { return textureSize(relumeLightmap, 0).xy; }
 vec4 relumeMapNormal(vec2 uv) { return relumeMapLayer(uv, RELUME_MAP_LUMA_LAYERS + 2 * RELUME_MAP_CHROMA_LAYERS); }
 
 // Lists are rows of 1024 texels.
@@ -48,7 +49,7 @@ RelumeResolve relumeMakeResolve() {
   r.gridDepthWords = uint(relumeGrid[3].x);
   r.gridDepthUnit = relumeGrid[3].y;
   r.gridFinestSpacing = relumeGrid[3].z;
-  r.unused = 0u;
+  r.mapSight = relumeGrid[3].w < 0.0 ? kRelumeNone : uint(relumeGrid[3].w);
   r.gridTextureSpacing = relumeGrid[4].xyz;
   r.gridTextureStep = uint(relumeGrid[4].w);
   r.gridTextureResolution = uvec3(relumeGrid[5].xyz);

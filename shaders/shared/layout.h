@@ -356,7 +356,7 @@ struct RelumeResolve {
   uint gridDepthWords;      // 0 = it is not known how far caches see
   float gridDepthUnit;      // [m]
   float gridFinestSpacing;  // [m]
-  uint unused;
+  uint mapSight;            // first word: Lightmap::sight; kRelumeNone = all points are read where they are
   vec3 gridTextureSpacing;      // [m]
   uint gridTextureStep;         // texels along z from half to half
   uvec3 gridTextureResolution;  // 0 = no texture

@@ -24,12 +24,15 @@ using test::addQuad;
 using test::addTriangle;
 using test::cameraAt;
 using test::fewCaches;
+using test::kHalfThickness;
 using test::kRoomHigh;
 using test::kRoomLow;
+using test::kWall;
 using test::place;
 using test::Placed;
 using test::readLightmap;
 using test::roomScene;
+using test::walledRoomScene;
 
 std::uint32_t gridCount(const Caches& caches) {
   return static_cast<std::uint32_t>(std::count(caches.normal.begin(), caches.normal.end(), glm::vec3(0.0f)));
@@ -376,14 +379,7 @@ TEST(PlaceCaches, SurfelsReadCachesAtTheirOwnPlace) {
 
 // A floor in one piece under a thin wall, whose texels lie on both sides of it.
 TEST(PlaceCaches, SurfelsReadNothingBeyondAWall) {
-  constexpr float kWall = 0.23f, kHalfThick = 0.05f;
-  Placed p{};
-  Mesh room, wall;
-  addBox(room, {-4, 0, -3}, {4, 3, 3}, true);
-  addBox(wall, {kWall - kHalfThick, 0, -3}, {kWall + kHalfThick, 3, 3}, false);
-  addInstance(p.scene, std::move(room), "room");
-  addInstance(p.scene, std::move(wall), "wall");
-  p.scene.cameras = {cameraAt({-2, 1.4f, 0.3f}), cameraAt({2, 1.4f, -0.4f})};
+  Placed p{walledRoomScene(), {}, {}, {}};
   place(p, fewCaches(400));
   std::vector<SurfelSeed> seeds;
   for (std::uint32_t t = 0; t < 12; ++t) {
@@ -395,7 +391,7 @@ TEST(PlaceCaches, SurfelsReadNothingBeyondAWall) {
         seed.positionWorld = c[0] * (1.0f - u - v) + c[1] * u + c[2] * v;
         seed.normal = glm::normalize(glm::cross(c[1] - c[0], c[2] - c[0]));
         seed.side = 2 * t;
-        if (std::abs(seed.positionWorld.x - kWall) > kHalfThick) seeds.push_back(seed);
+        if (std::abs(seed.positionWorld.x - kWall) > kHalfThickness) seeds.push_back(seed);
       }
     }
   }

@@ -22,6 +22,19 @@ inline Scene roomScene() {
   return scene;
 }
 
+// A room whose floor, in one piece, goes on under a thin wall across it, with its middle at x = kWall.
+inline constexpr float kWall = 0.23f, kHalfThickness = 0.05f;
+inline Scene walledRoomScene() {
+  Scene scene;
+  Mesh room, wall;
+  addBox(room, {-4, 0, -3}, {4, 3, 3}, true);
+  addBox(wall, {kWall - kHalfThickness, 0, -3}, {kWall + kHalfThickness, 3, 3}, false);
+  addInstance(scene, std::move(room), "room");
+  addInstance(scene, std::move(wall), "wall");
+  scene.cameras = {cameraAt({-2, 1.4f, 0.3f}), cameraAt({2, 1.4f, -0.4f})};
+  return scene;
+}
+
 inline void place(Placed& p, const CacheOptions& options, int threads = 0,
                   PlaySpaceOptions::Mode mode = PlaySpaceOptions::Mode::seen) {
   Context context;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Levels in EXT_meshopt_compression and KHR_draco_mesh_compression: what gets coordinates comes out decoded.
-#include "tests/export/exported.h"
+#include "tests/export/shared_levels.h"
 #include "tests/pipeline/tiny_bake.h"
 
 #include <meshoptimizer.h>
@@ -15,6 +15,8 @@
 #if defined(__GNUC__)
 #pragma GCC diagnostic pop
 #endif
+
+#include <algorithm>
 
 namespace relume {
 namespace {
@@ -46,12 +48,39 @@ int compressedView(GltfBuilder& b, const Bytes& data, std::size_t count, std::si
   return raw;
 }
 
+// Bounds that are not those of the decoded positions, as encoders that quantise leave them.
+void loosenBounds(json& accessor) { accessor["min"] = {-0.01, 0, -1}, accessor["max"] = {1, 1.01, 0.01}; }
+
+// Positions that were decoded have their own bounds.
+void expectBounds(const Exported& e) {
+  Context context;
+  const auto document = loadGltfDocument(e.path, context);
+  ASSERT_TRUE(document) << document.error().message;
+  AccessorReader reader(*document);
+  std::size_t decoded = 0;
+  for (std::size_t i = e.before["accessors"].size(); i < e.after["accessors"].size(); ++i) {
+    const json& accessor = e.after["accessors"][i];
+    if (!accessor.contains("min")) continue;
+    const auto values = reader.floats(static_cast<int>(i), 3, 3, "test");
+    ASSERT_TRUE(values) << values.error().message;
+    for (std::size_t c = 0; c < 3; ++c) {
+      std::vector<float> axis;
+      for (std::size_t v = 0; v < (*values)->count; ++v) axis.push_back((*values)->values[3 * v + c]);
+      EXPECT_EQ(accessor["min"][c], *std::min_element(axis.begin(), axis.end())) << "accessor " << i;
+      EXPECT_EQ(accessor["max"][c], *std::max_element(axis.begin(), axis.end())) << "accessor " << i;
+    }
+    ++decoded;
+  }
+  EXPECT_GT(decoded, 0u);
+}
+
 TEST(ExportCompressed, meshoptViewsStayAndSplitVerticesAreDecoded) {
   GltfBuilder b;
   Bytes vertices(meshopt_encodeVertexBufferBound(6, 12)), indices(1000);
   vertices.resize(meshopt_encodeVertexBuffer(vertices.data(), vertices.size(), kRoof.data(), 6, 12));
   indices.resize(meshopt_encodeIndexBuffer(indices.data(), indices.size(), kIndices.data(), kIndices.size()));
   const int position = b.accessor(compressedView(b, vertices, 6, 12, "ATTRIBUTES"), 5126, 6, "VEC3");
+  loosenBounds(b.root["accessors"][static_cast<std::size_t>(position)]);
   const int index = b.accessor(compressedView(b, indices, 12, 2, "TRIANGLES"), 5123, 12, "SCALAR");
   const int mesh = b.mesh({{"attributes", {{"POSITION", position}}}, {"indices", index}});
   b.node({{"mesh", mesh}});
@@ -63,6 +92,7 @@ TEST(ExportCompressed, meshoptViewsStayAndSplitVerticesAreDecoded) {
   addEye(b);
   const Exported e = test::exportOf(b.write(), test::tinyBakeOptions());
   expectCoordinates(e);
+  expectBounds(e);
   test::expectSameSurfaces(e.scene, e.again);
   EXPECT_EQ(e.after["extensionsRequired"], json({"EXT_meshopt_compression"}));
   EXPECT_EQ(e.after["buffers"][1], e.before["buffers"][1]);
@@ -90,27 +120,39 @@ TEST(ExportCompressed, dracoPrimitivesAreDecoded) {
 
   GltfBuilder b;
   const int view = b.view(Bytes(buffer.data(), buffer.data() + buffer.size()));
-  b.root["accessors"] =
-      json::array({{{"componentType", 5126}, {"count", 6}, {"type", "VEC3"}, {"min", {0, 0, -1}}, {"max", {1, 1, 0}}},
-                   {{"componentType", 5121}, {"normalized", true}, {"count", 6}, {"type", "VEC4"}},
-                   {{"componentType", 5125}, {"count", 12}, {"type", "SCALAR"}}});
+  b.root["accessors"] = json::array({{{"componentType", 5126}, {"count", 6}, {"type", "VEC3"}},
+                                     {{"componentType", 5121}, {"normalized", true}, {"count", 6}, {"type", "VEC4"}},
+                                     {{"componentType", 5125}, {"count", 12}, {"type", "SCALAR"}}});
+  loosenBounds(b.root["accessors"][0]);
   const json ids = {{"POSITION", 0}, {"COLOR_0", 1}};
-  b.node({{"mesh",
-           b.mesh({{"attributes", ids},
-                   {"indices", 2},
-                   {"extensions", {{"KHR_draco_mesh_compression", {{"bufferView", view}, {"attributes", ids}}}}}})}});
+  const json primitive = {
+      {"attributes", ids},
+      {"indices", 2},
+      {"extensions", {{"KHR_draco_mesh_compression", {{"bufferView", view}, {"attributes", ids}}}}}};
+  const int shared = b.mesh(primitive);
+  b.node({{"mesh", shared}});
+  // Off the map: the same mesh, one of its own, and one that nobody draws.
+  const json dynamic = {{"relume", {{"bake", "dynamic"}}}};
+  b.node({{"mesh", shared}, {"translation", {0, 0, -5}}, {"extras", dynamic}});
+  b.node({{"mesh", b.mesh(primitive)}, {"translation", {0, 0, -9}}, {"extras", dynamic}});
+  b.mesh(primitive);
   b.root["extensionsRequired"] = b.root["extensionsUsed"] = {"KHR_draco_mesh_compression"};
   addEye(b);
   const Exported e = test::exportOf(b.write(), test::tinyBakeOptions());
   expectCoordinates(e);
+  expectBounds(e);
   test::expectSameSurfaces(e.scene, e.again);
   EXPECT_FALSE(e.after.contains("extensionsRequired"));
   EXPECT_FALSE(e.after.contains("extensionsUsed"));
-  const json& primitive = e.after["meshes"][0]["primitives"][0];
-  EXPECT_FALSE(primitive.contains("extensions"));
-  const json& color = e.after["accessors"][primitive["attributes"]["COLOR_0"].get<std::size_t>()];
-  EXPECT_EQ(color["componentType"], 5121);
-  EXPECT_EQ(color["normalized"], true);
+  ASSERT_EQ(e.after["meshes"].size(), 4u);
+  for (const json& drawn : e.after["meshes"]) {
+    const json& decoded = drawn["primitives"][0];
+    EXPECT_FALSE(decoded.contains("extensions"));
+    const json& color = e.after["accessors"][decoded["attributes"]["COLOR_0"].get<std::size_t>()];
+    EXPECT_EQ(color["componentType"], 5121);
+    EXPECT_EQ(color["normalized"], true);
+  }
+  EXPECT_TRUE(test::isHusk(e.after["bufferViews"][static_cast<std::size_t>(view)]));
 }
 
 }  // namespace

@@ -352,6 +352,8 @@ TEST(ExportLevel, gpuInstancesBecomeNodes) {
     meshes.insert(node["mesh"].get<int>());
   }
   EXPECT_EQ(meshes.size(), 3u);
+  // The importer knows what the export wrote.
+  for (const std::string& message : e.messages) EXPECT_EQ(message.find("gpuInstance"), std::string::npos) << message;
   // The weights' animation moves each of them.
   const json& channels = e.after["animations"][0]["channels"];
   ASSERT_EQ(channels.size(), 4u);

@@ -71,6 +71,23 @@ TEST_F(BakeFile, onlyFilesWithEmittersAreOfVersion4) {
   }
 }
 
+TEST_F(BakeFile, onlyFilesWithSightAreOfVersion8) {
+  Bake sighted = makeSmallSightedBake();
+  const Bytes with = *serializeBake(sighted);
+  EXPECT_EQ(getAt<std::uint32_t>(with, 8), 8u);
+  const Result<Bake> read = parse(with);
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->caches.lightmap.sight.toVector(), sighted.caches.lightmap.sight.toVector());
+  EXPECT_EQ(*serializeBake(*read), with);
+  Bytes other = with;
+  putAt(other, 8, 6u);
+  reseal(other);
+  EXPECT_NE(errorOf(other).find("expected 8, of a bake whose light map has sight, found 6"), std::string::npos)
+      << errorOf(other);
+  sighted.caches.lightmap.sight = {};
+  EXPECT_EQ(*serializeBake(sighted), *serializeBake(makeSmallCertifiedBake()));
+}
+
 TEST_F(BakeFile, roundTripKeepsEveryByteOfAllLinkKinds) {
   for (const LinkKind kind : kLinkKinds) {
     const Bytes file = smallFile(kind);

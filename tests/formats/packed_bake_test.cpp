@@ -131,7 +131,8 @@ TEST(DirectionCoding, anyNumbersAreSafeAndGiveTheShapesBack) {
 
 TEST(PackedBake, isTheSameBake) {
   for (const LinkKind kind : kLinkKinds) {
-    for (const Bake& bake : {makeSmallBake(kind), makeSmallDrivableBake(kind), makeSmallCertifiedBake(kind)}) {
+    for (const Bake& bake :
+         {makeSmallBake(kind), makeSmallDrivableBake(kind), makeSmallCertifiedBake(kind), makeSmallSightedBake(kind)}) {
       const Bytes plain = *serializeBake(bake);
       const Bytes packed = *serializePackedBake(bake, 42);
       EXPECT_EQ(getAt<std::uint32_t>(packed, 8), packedVersionOf(bake));

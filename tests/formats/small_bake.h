@@ -11,6 +11,7 @@
 
 #include "formats/compact_links.h"
 #include "formats/grid_depth.h"
+#include "formats/map_sight.h"
 #include "formats/pack.h"
 #include "relume/bake_data.h"
 
@@ -165,6 +166,15 @@ inline Bake makeSmallCertifiedBake(LinkKind kind = LinkKind::cone) {
   bake.certificate.standardError = std::vector<float>{0.125f, 0.0625f, 0.0f};
   bake.certificate.partReceivers = std::vector<std::uint32_t>{30, 2};
   bake.certificate.partError = std::vector<float>{0.0625f, 0.0f};
+  return bake;
+}
+
+// That with sight on its light map, as files of version 8 have it.
+inline Bake makeSmallSightedBake(LinkKind kind = LinkKind::cone) {
+  Bake bake = makeSmallCertifiedBake(kind);
+  std::vector<std::uint32_t> sight(16, 0);
+  sight[5] = packMapSight(127, 0, -32, kSightLower, kSightUpper | kSightLower << 2);
+  bake.caches.lightmap.sight = sight;
   return bake;
 }
 

@@ -155,6 +155,12 @@ const std::vector<Corruption>& corruptions() {
       {Check::certificateNumber, "infinite", cone, [](Bake& b) { set(b.certificate.partError, 0, kInfinity); }},
       {Check::certificateNumber, "negative", cone, [](Bake& b) { set(b.certificate.standardError, 2, -1.0f); }},
       {Check::certificateNumber, "kind", cone, [](Bake& b) { set(b.certificate.lightKind, 2, 3u); }},
+      {Check::lightmapSightSize, "short", cone,
+       [](Bake& b) { b.caches.lightmap.sight = std::vector<std::uint32_t>(15, 0); }},
+      {Check::lightmapSightMove, "near", cone,
+       [](Bake& b) { b.caches.lightmap.sight = std::vector<std::uint32_t>(16, 3u << 26); }},
+      {Check::lightmapSightMove, "beyond", cone,
+       [](Bake& b) { b.caches.lightmap.sight = std::vector<std::uint32_t>(16, 3u << 28); }},
       {Check::backCornerSize, "short", cone, [](Bake& b) { shorten(b.caches.lightmap.backCornerUv); }},
 
       {Check::coordinate, "surfel nan", cone, [](Bake& b) { set(b.surfels.positionWorld, 2, V(0, kNan, 0)); }},

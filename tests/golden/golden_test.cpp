@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The fixtures of every format version ever written load, or are refused by name; the writer of the current version
 // still writes them byte for byte. Remade by tests/golden/remake.sh.
+#include "formats/map_sight.h"
 #include "formats/validate.h"
 #include "relume/bake_file.h"
 #include "tests/formats/small_bake.h"
@@ -86,11 +87,25 @@ TEST(GoldenCertified, versions6And7LoadWithTheirCertificate) {
   EXPECT_EQ(*serializePackedBake(makeSmallCertifiedBake(LinkKind::oct6), *identifyBakeFile(packed)), readBytes(packed));
 }
 
+TEST(GoldenSighted, versions8And9LoadWithTheirSight) {
+  const std::string plain = kFolder + "v8_cone.relume", packed = kFolder + "v9_oct6.relume";
+  for (const std::string& path : {plain, packed}) {
+    const Result<Bake> bake = mapBake(path);
+    ASSERT_TRUE(bake) << bake.error().message;
+    EXPECT_TRUE(validateBake(*bake).empty());
+    ASSERT_EQ(bake->caches.lightmap.sight.size(), 16u);
+    EXPECT_EQ(placeInSight(bake->caches.lightmap.sight[5], {0.2f, 0.7f}), glm::vec2(0.0f, 0.7f));
+    EXPECT_EQ(placeInSight(bake->caches.lightmap.sight[5], {0.4f, 0.7f}), glm::vec2(1.0f, 0.0f));
+  }
+  EXPECT_EQ(*serializeBake(makeSmallSightedBake()), readBytes(plain));
+  EXPECT_EQ(*serializePackedBake(makeSmallSightedBake(LinkKind::oct6), *identifyBakeFile(packed)), readBytes(packed));
+}
+
 TEST(GoldenOld, earlierVersionsAreRefusedByName) {
   const Result<Bake> bake = mapBake(kFolder + "v1_oct6.relume");
   ASSERT_FALSE(bake);
   EXPECT_EQ(bake.error().code, ErrorCode::unsupported);
-  EXPECT_NE(bake.error().message.find("format version 1, this program reads versions 3 to 7"), std::string::npos)
+  EXPECT_NE(bake.error().message.find("format version 1, this program reads versions 3 to 9"), std::string::npos)
       << bake.error().message;
 }
 

@@ -23,6 +23,9 @@ int main(int argc, char** argv) {
   written.push_back(writeBake(makeSmallCertifiedBake(), folder + "v6_cone.relume"));
   written.push_back(
       writePackedBake(makeSmallCertifiedBake(LinkKind::oct6), 0x0123456789ABCDEFull, folder + "v7_oct6.relume"));
+  written.push_back(writeBake(makeSmallSightedBake(), folder + "v8_cone.relume"));
+  written.push_back(
+      writePackedBake(makeSmallSightedBake(LinkKind::oct6), 0x0123456789ABCDEFull, folder + "v9_oct6.relume"));
   for (const Status& status : written) {
     if (status) continue;
     std::fprintf(stderr, "%s\n", status.error().message.c_str());

@@ -98,12 +98,20 @@ TEST(HostileFiles, urisDoNotLeaveTheFolder) {
   EXPECT_TRUE(importWithBuffer("./inside.bin"));
   EXPECT_TRUE(importWithBuffer("%69nside.bin"));
   EXPECT_TRUE(importWithBuffer("..trap/x.bin"));
+  for (const char* uri : {"..trap/../inside.bin", "no/such/folder/../../../inside.bin", "no%2F..%2Finside.bin"}) {
+    const Result<Scene> back = importWithBuffer(uri);
+    ASSERT_TRUE(back) << back.error().message;
+    ASSERT_EQ(back->files.size(), 2u);
+    EXPECT_EQ(back->files[1], back->files[0].parent_path() / "inside.bin");
+  }
   const std::string outside = (testFolder() / "secret.bin").string();
   for (const std::string& uri :
        {std::string("../secret.bin"), std::string("%2e%2e/secret.bin"), std::string("..%2Fsecret.bin"),
-        std::string("..\\secret.bin"), std::string("%2E%2E%5Csecret.bin"), std::string("scene/../../secret.bin"),
-        outside, "%2F" + outside.substr(1)})
+        std::string("scene/../../secret.bin"), std::string("no/%2e%2e/%2E./secret.bin"),
+        std::string("./../scene/inside.bin"), outside, "%2F" + outside.substr(1), outside + "/../scene/inside.bin"})
     expectRefused(importWithBuffer(uri), ErrorCode::invalidFile, "leaves the scene's folder");
+  for (const char* uri : {"..\\secret.bin", "%2E%2E%5Csecret.bin", "..trap\\x.bin"})
+    expectRefused(importWithBuffer(uri), ErrorCode::invalidFile, "has a backslash; expected /");
   expectRefused(importWithBuffer("file://" + outside), ErrorCode::invalidFile, "has a scheme");
   expectRefused(importWithBuffer("http://example.org/a.bin"), ErrorCode::invalidFile, "has a scheme");
   expectRefused(importWithBuffer("a%00b.bin"), ErrorCode::invalidFile, "malformed URI");

@@ -138,6 +138,41 @@ TEST(ImportMaterials, texturesReadTheSetTheyName) {
   expectNear(albedoAt(scene, {2, 0, {0.2f, 0.1f}}), {0, 1, 0}, 1e-4f);  // the extension overrides the set
 }
 
+TEST(ImportMaterials, anyTwoSetsFitWhateverTheirNumbers) {
+  for (const auto& [base, glow] : {std::pair{0, 1}, {1, 0}, {0, 2}, {2, 0}, {1, 2}, {2, 1}, {2, 3}, {3, 2}}) {
+    GltfBuilder b;
+    const int texture = b.texture(redGreen(), {{"magFilter", 9728}});
+    json attributes;
+    for (int set = 0; set < 4; ++set) {
+      const float u = set == base ? 0.25f : 0.75f;
+      attributes["TEXCOORD_" + std::to_string(set)] = b.floats({u, 0, u, 0, u, 0, u, 0}, "VEC2");
+    }
+    json m = textured(texture, {{"texCoord", base}});
+    m.merge_patch({{"emissiveFactor", {1, 1, 1}}, {"emissiveTexture", {{"index", texture}, {"texCoord", glow}}}});
+    b.quad({{"attributes", attributes}, {"material", b.material(m)}});
+    const Scene scene = importOrFail(b);
+    EXPECT_TRUE(b.messages.empty()) << b.messages.front();
+    EXPECT_EQ(albedoAt(scene, quadPoint(0.5f, 0.2f)), glm::vec3(1, 0, 0)) << base << " and " << glow;
+    EXPECT_EQ(emissionAt(scene, quadPoint(0.5f, 0.2f)), glm::vec3(0, 1, 0)) << base << " and " << glow;
+  }
+}
+
+// Images that a game puts on a material without an emissive texture lie by TEXCOORD_0.
+TEST(ImportMaterials, whatMayBeDrivenKeepsItsFirstSet) {
+  for (const json& driven :
+       {json{{"emissiveFactor", {1, 1, 1}}}, json{{"extras", {{"relume", {{"drivable", true}}}}}}}) {
+    GltfBuilder b;
+    json m = textured(b.texture(redGreen()), {{"texCoord", 2}});
+    m.merge_patch(driven);
+    const json third = {{"TEXCOORD_2", b.floats({0.25, 0, 0.25, 0, 0.25, 0, 0.25, 0}, "VEC2")}};
+    b.quad({{"attributes", third}, {"material", b.material(m)}});
+    const Scene scene = importOrFail(b);
+    ASSERT_EQ(scene.materials.size(), 1u);
+    EXPECT_EQ(scene.meshes[0].uv[scene.materials[0].emissionTexture.texcoord][1], glm::vec2(1, 1));
+    EXPECT_EQ(scene.meshes[0].uv[scene.materials[0].albedoTexture.texcoord][1], glm::vec2(0.25f, 0));
+  }
+}
+
 TEST(ImportMaterials, emissionIsFactorTimesStrengthTimesTexture) {
   GltfBuilder b;
   const int texture = b.texture(png(1, 1, {188, 255, 0, 255}));

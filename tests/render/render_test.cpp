@@ -224,6 +224,26 @@ TEST(RenderGl, agreesWithTheCpu) {
   }
 }
 
+// In pictures of a few pixels, many a pixel's neighbour looks past the horizon of the plane that the pixel shows.
+TEST(RenderGl, normalsBeforeAHorizonAreTheCpus) {
+  const std::pair<const char*, std::uint32_t> views[] = {{"cam_hall", 1}, {"cam_living", 3}};
+  for (const auto& [name, width] : views) {
+    RenderRequest r;
+    r.camera = camera(level(), name);
+    r.width = width;
+    r.height = (width + 1) / 2;
+    r.samples = 1;
+    r.centres = true;
+    const auto drawn = drawTwice(level(), r);
+    if (!drawn) return;
+    const RenderedFrame &cpu = drawn->cpu, &gl = drawn->gl;
+    for (std::size_t i = 0; i < cpu.normal.size(); ++i) {
+      ASSERT_LT(glm::length(cpu.position[i] - gl.position[i]), 1e-3f) << name << ", pixel " << i;
+      EXPECT_LT(glm::length(cpu.normal[i] - gl.normal[i]), 0.01f) << name << ", pixel " << i;
+    }
+  }
+}
+
 TEST(RenderGl, drawsDynamicInstancesAsTheCpuDoes) {
   const RenderRequest r = requestOfTheToy();
   const auto drawn = drawTwice(level(), r);

@@ -105,8 +105,8 @@ void expectLayers(GLuint texture, int bands, bool glossy) {
 }
 
 TEST_F(GlBands, allPairsAgreeWithTheCpuAndTakeOnlyTheirLayers) {
-  const Bake bake =
-      test::makeSyntheticBake({.surfels = 400, .skyPatches = 12, .linksPerCache = 32, .kind = LinkKind::oct6});
+  Bake bake = test::makeSyntheticBake({.surfels = 400, .skyPatches = 12, .linksPerCache = 32, .kind = LinkKind::oct6});
+  test::addSight(bake);
   const std::vector<Light> lights = opposedLights();
   LightSetup setup;
   setup.lights = lights;

@@ -4,6 +4,7 @@
 
 #include "formats/compact_links.h"
 #include "formats/grid_depth.h"
+#include "formats/map_sight.h"
 #include "formats/pack.h"
 #include "formats/sh.h"
 
@@ -358,6 +359,23 @@ Bake makeSyntheticBake(const SyntheticOptions& options) {
   makeLinks(options, clusters, bake.hierarchy, bake.caches, bake.links);
   bake.provenance.lumaBands = bake.provenance.chromaBands = options.bands;
   return bake;
+}
+
+void addSight(Bake& bake) {
+  std::mt19937 random(9);
+  const auto byte = [&random] { return static_cast<int>(random() % 255u) - 127; };
+  const auto moves = [&random] {
+    const auto x = static_cast<std::uint32_t>(random() % 3u);
+    return x | static_cast<std::uint32_t>(random() % 3u) << 2;
+  };
+  std::vector<std::uint32_t> sight(bake.caches.lightmap.cache.size(), 0);
+  for (std::uint32_t& word : sight) {
+    const int x = byte(), y = byte(), line = byte() / 3;
+    const int offset = line % 4 == 0 ? kSightQuarter : line;
+    const std::uint32_t near = moves(), beyond = moves();
+    if (random() % 3u == 0) word = packMapSight(x, y, offset, near, beyond);
+  }
+  bake.caches.lightmap.sight = std::move(sight);
 }
 
 Bake makeBakeWithBricks(const glm::uvec3& resolution, bool bricks, bool depths) {

@@ -28,6 +28,9 @@ inline SyntheticOptions moderateSetting() { return {32768, 0, {24, 8, 12}, 98, 8
 // Each row's transfers are scaled to cover the hemisphere (surface caches) or sphere (grid caches) exactly.
 Bake makeSyntheticBake(const SyntheticOptions& options);
 
+// Sight of any kind for a third of the squares of its light map.
+void addSight(Bake& bake);
+
 // A synthetic bake whose cells have bricks of any of its grid's caches, hanging and missing points, and whose caches
 // see any distance.
 Bake makeBakeWithBricks(const glm::uvec3& resolution, bool bricks, bool depths);

@@ -36,7 +36,25 @@ assert abs(direct["energy"] - 1) < 0.03 and direct["flip"] < 0.06, direct  # God
 assert moving["relativeRmse"] > 0.05 and abs(moving["energy"] - 1) < 0.1, moving  # what moves is lit as the room is
 PYTHON
 
+# What a node mirrors, bends or scales, and which camera is taken
+python3 "$source/tests/samples/odd_level.py" level.glb odd.glb
+"$relume" bake odd.glb -o odd.relume --preset draft --export-glb odd_game.glb --progress none 2>/dev/null
+"$project/play.sh" odd_game.glb odd.relume --screenshot=odd.png --frames=12 --show=indirect --still >log.txt 2>&1
+! grep "SCRIPT ERROR" log.txt
+"$relume" render odd.glb --bake odd.relume --camera cam_living --lights sun,lamp,emissive --aov indirect --exposure 0 \
+  --size 640x360 --samples 1 -o odd_truth.png --progress none >/dev/null
+"$relume" diff odd.png odd_truth.png --max-rmse 0.05
+
 sed 's/\("sceneHash": *"\)./\1-/' game.glb >other.glb
+python3 - "$source/tests/measure" <<'PYTHON'
+import sys
+
+sys.path.insert(0, sys.argv[1])
+import glb
+
+level, binary = glb.read("game.glb")
+glb.write("draco.glb", {**level, "extensionsRequired": ["KHR_draco_mesh_compression"]}, binary)
+PYTHON
 head -c 300000 level.relume >cut.relume
 head -c 3000 game.glb >cut.glb
 play() { "$project/play.sh" "$@" 2>&1 >out.txt | tee -a out.txt >&2; }
@@ -48,6 +66,7 @@ expect 2 "nothing.relume" play game.glb nothing.relume --screenshot=out.png
 expect 3 "is not the one" play other.glb level.relume --screenshot=out.png --frames=1
 expect 3 "no light map" play level.glb level.relume --screenshot=out.png --frames=1
 expect 3 "no whole binary glTF" play cut.glb level.relume --screenshot=out.png --frames=1
+expect 5 "requires the extension KHR_draco_mesh_compression" play draco.glb level.relume --screenshot=out.png --frames=1
 expect 2 "nothing.glb cannot be read" play nothing.glb level.relume --screenshot=out.png --frames=1
 expect 2 "could not be written" play game.glb level.relume --screenshot=/no/such/folder/out.png --frames=1
 expect 5 "OpenGL ES 3.0 is needed" play game.glb level.relume --screenshot=out.png --frames=1 --video-driver GLES2

@@ -35,6 +35,7 @@ class LightEditing : public testing::Test {
   LightEditing() : view_(viewOf(camera_)) {
     lights_ = {lightAt(LightKind::point, {-1, 0.3f, -4}), lightAt(LightKind::spot, {1, 0.3f, -4}),
                lightAt(LightKind::directional, {0, 50, 0})};
+    editor_.giveIds(lights_);
     edits_.begin(state_);
   }
   glm::vec2 iconOf(std::size_t i) const { return *view_.project(LightEditor::anchorOf(lights_[i], view_)); }
@@ -73,7 +74,7 @@ class LightEditing : public testing::Test {
 TEST_F(LightEditing, iconsArePickedAndTheBackgroundDeselects) {
   for (std::size_t i = 0; i < lights_.size(); ++i) {
     click(iconOf(i));
-    EXPECT_EQ(editor_.selected(), i);
+    EXPECT_EQ(editor_.indexIn(lights_), i);
     click({3, 397});
     EXPECT_FALSE(editor_.selected());
   }
@@ -129,7 +130,11 @@ TEST(LightSet, followsTheFileWhereNothingWasEdited) {
   Lights expected{now[0], shown[1], shown[3], now[2], now[3], now[5], shown.back(), now[4], now[6]};
   expected[0].on = false;
   expected[5].orbits = true;
-  EXPECT_EQ(followFile(shown, before, now), expected);
+  for (std::size_t i = 0; i < shown.size(); ++i) shown[i].id = i + 1;
+  const Lights followed = followFile(shown, before, now);
+  EXPECT_EQ(followed, expected);
+  const std::size_t ids[] = {1, 2, 4, 5, 6, 7, 8, 0, 0};  // 3 is gone
+  for (std::size_t i = 0; i < followed.size(); ++i) EXPECT_EQ(followed[i].id, ids[i]) << i;
   EXPECT_EQ(followFile(shown, before, before), shown) << "the same file";
 }
 
@@ -155,7 +160,7 @@ TEST_F(LightEditing, addedRemovedAndLoadedSetsCanBeUndone) {
   const Lights first = lights_;
   editor_.add(lights_, newLight(LightKind::spot, camera_, lights_));
   edits_.commit(state_);
-  EXPECT_EQ(editor_.selected(), 3u);
+  EXPECT_EQ(editor_.indexIn(lights_), 3u);
   EXPECT_TRUE(view_.shows(lights_[3].light.positionWorld));
   editor_.removeSelected(lights_);
   edits_.commit(state_);
@@ -163,7 +168,7 @@ TEST_F(LightEditing, addedRemovedAndLoadedSetsCanBeUndone) {
   EXPECT_FALSE(editor_.selected());
   editor_.replace(lights_, {lightAt(LightKind::point, {5, 5, 5})});
   edits_.commit(state_);
-  editor_.select(0);
+  editor_.select(lights_[0].id);
   // What controls change is committed once they are let go.
   lights_[0].light.intensity = {1, 2, 3};
   undo();
@@ -172,12 +177,44 @@ TEST_F(LightEditing, addedRemovedAndLoadedSetsCanBeUndone) {
   EXPECT_EQ(lights_, first);
   undo();
   EXPECT_EQ(lights_.size(), 4u);
-  editor_.select(3);
+  editor_.select(lights_[3].id);
   undo();
   EXPECT_EQ(lights_, first);
   EXPECT_FALSE(editor_.selected()) << "of a light that is gone";
   for (int i = 0; i < 4; ++i) edits_.redo(state_);
   EXPECT_EQ(lights_[0].light.intensity, glm::vec3(1, 2, 3));
+}
+
+TEST_F(LightEditing, theSelectedLightIsTheSameWhereverItIsInTheList) {
+  const Lights first = lights_;
+  click(iconOf(0));
+  editor_.removeSelected(lights_);
+  edits_.commit(state_);
+  click(iconOf(0));
+  undo();
+  ASSERT_EQ(lights_, first);
+  EXPECT_EQ(editor_.indexIn(lights_), 1u) << "the light that was clicked on";
+  // Lights that are the same otherwise, as a copy is, are told apart.
+  editor_.add(lights_, lights_[1]);
+  EXPECT_EQ(editor_.indexIn(lights_), 3u);
+  editor_.removeSelected(lights_);
+  EXPECT_EQ(lights_, first);
+  // Another file has one less before it: it is dragged on, and put back.
+  const Lights now{first[1], first[2]};
+  click(iconOf(1));
+  drag(Handle::axisX, {30, 0});
+  lights_.erase(lights_.begin());
+  const glm::vec3 there = lights_[0].light.positionWorld;
+  editor_.keepSelectionWithin(lights_);
+  editor_.move(lights_, view_, {400, 200});
+  EXPECT_NE(lights_[0].light.positionWorld, there);
+  EXPECT_EQ(lights_[1], now[1]);
+  editor_.cancelDrag(lights_);
+  EXPECT_EQ(lights_, now);
+  drag(Handle::axisX, {30, 0});
+  lights_.erase(lights_.begin());
+  editor_.keepSelectionWithin(lights_);
+  EXPECT_FALSE(editor_.isDragging()) << "of a light that is gone";
 }
 
 TEST_F(LightEditing, anOrbitIsNoEditAndADragEndsIt) {

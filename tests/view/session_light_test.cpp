@@ -71,6 +71,34 @@ TEST_F(ViewerSession, bandsAndBackendChangeWithoutADarkFrame) {
   EXPECT_LT(frame(), 0.05 * gl);
 }
 
+// Light beyond what halves hold is dimmed as OpenGL dims it; clipped to infinity it would be drawn black.
+TEST_F(ViewerSession, lightBeyondHalvesIsAsBrightByTheCpu) {
+  writeBakeFile(small(512));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  const auto bySide = [&](BackendKind backend) {
+    session_->state.relightBy.backend = backend;
+    for (int i = 0; i < 12; ++i) frame();
+    return *session_->viewer->irradiance(session_->state, kWidth, kHeight);
+  };
+  const auto sum = [](const std::vector<glm::vec3>& pixels) {
+    return std::accumulate(pixels.begin(), pixels.end(), 0.0,
+                           [](double s, const glm::vec3& p) { return s + static_cast<double>(p.g); });
+  };
+  session_->state.direct = false;
+  session_->state.bounces = 1;  // further ones the CPU reflects as they were before they were dimmed
+  for (ViewedLight& light : session_->state.lights) light.light.intensity = glm::vec3(1e7f);
+  const std::vector<glm::vec3> gl = bySide(BackendKind::gl), cpu = bySide(BackendKind::cpu);
+  EXPECT_NEAR(sum(cpu), sum(gl), 0.03 * sum(gl));
+  std::size_t lit = 0, black = 0;
+  for (std::size_t i = 0; i < gl.size(); ++i) {
+    lit += gl[i].g > 0.0f ? 1 : 0;
+    black += gl[i].g > 0.0f && !(cpu[i].g > 0.0f) ? 1 : 0;
+  }
+  EXPECT_GT(lit, gl.size() / 2);
+  EXPECT_EQ(black, 0u);
+}
+
 class ViewerCones : public ViewerSession, public testing::WithParamInterface<BackendKind> {};
 
 // With a bake its surfels light the voxels that cones go through, whichever backend relights.

@@ -267,7 +267,7 @@ TEST_F(LiveSession, theViewIsHeldAgainstPathTracing) {
 TEST_F(LiveSession, aDroppedLevelIsLitAndThenBaked) {
   show(10);
   const std::string other = RELUME_SOURCE_DIR "/samples/blender/cabin.glb";
-  session_->drop(other);
+  session_->drop({other});
   ASSERT_TRUE(frames([&] { return session_->level->sceneFile == other; }));
   EXPECT_FALSE(session_->level->isBaked);
   ASSERT_TRUE(session_->job.has_value());
@@ -280,7 +280,7 @@ TEST_F(LiveSession, aDroppedLevelIsLitAndThenBaked) {
   EXPECT_TRUE(says("preset draft"));
   EXPECT_GT(frame(), 0.0);
   // Cancelled, the level stays as it is lit.
-  session_->drop(kLevel);
+  session_->drop({kLevel});
   ASSERT_TRUE(frames([&] { return session_->level->sceneFile == kLevel; }));
   ASSERT_TRUE(session_->job.has_value());
   session_->job->cancel();
@@ -307,7 +307,7 @@ TEST_F(LiveSession, theSpeedFitsTheLevelAndTheWheelScalesIt) {
   EXPECT_FLOAT_EQ(session_->flySpeed.metresPerSecond(), 1.5625f * fitting) << "it is the same level";
 
   const std::string other = RELUME_SOURCE_DIR "/samples/blender/cabin.glb";
-  session_->drop(other);
+  session_->drop({other});
   ASSERT_TRUE(frames([&] { return session_->level->sceneFile == other; }));
   EXPECT_FLOAT_EQ(session_->flySpeed.metresPerSecond(), session_->viewer->levelSize() / 6.0f);
 }

@@ -114,7 +114,7 @@ TEST_F(ViewerSession, aDroppedLevelIsBakedAndShown) {
 
   // Another one: its own camera and lights.
   const std::string other = RELUME_SOURCE_DIR "/samples/blender/cabin.glb";
-  session_->drop(other);
+  session_->drop({other});
   EXPECT_TRUE(session_->job.has_value());
   ASSERT_TRUE(frames([&] { return session_->level->sceneFile == other; }));
   EXPECT_EQ(session_->state.lights.size(), session_->level->scene.lights.size());
@@ -122,23 +122,23 @@ TEST_F(ViewerSession, aDroppedLevelIsBakedAndShown) {
 
   // What is no level, and what is no level inside, is told; a list of lights is loaded.
   const LevelPtr level = session_->level;
-  session_->drop(at("notes.txt"));
+  session_->drop({at("notes.txt")});
   EXPECT_TRUE(says("notes.txt"));
   std::ofstream(at("broken.glb")) << "glTF";
-  session_->drop(at("broken.glb"));
+  session_->drop({at("broken.glb")});
   ASSERT_TRUE(frames([&] { return says("broken.glb") && !session_->job; }));
   EXPECT_EQ(session_->level, level);
   // So is one with nothing in it.
   std::ofstream(at("empty.gltf")) << R"({"asset": {"version": "2.0"}})";
-  session_->drop(at("empty.gltf"));
+  session_->drop({at("empty.gltf")});
   ASSERT_TRUE(frames([&] { return says("\"empty.gltf\" has no triangle to draw") && !session_->job; }));
   EXPECT_EQ(session_->level, level);
   std::ofstream(at("one.json")) << R"([{"type": "point", "position": [1, 2, 3]}])";
-  session_->drop(at("one.json"));
+  session_->drop({at("one.json")});
   EXPECT_EQ(session_->state.lights.size(), 1u);
   // A bake of another level is refused.
   writeBakeFile(small(512));
-  session_->drop(at("level.relume"));
+  session_->drop({at("level.relume")});
   ASSERT_TRUE(frames([&] { return says("was not baked from") && !session_->job; }));
   EXPECT_EQ(session_->level, level);
 }
@@ -243,7 +243,7 @@ TEST_F(ViewerSession, aChangedLevelHasItsOwnLightsAndEmitters) {
   state.lights[spot].light.range = 4.0f;
   session_->endControls(false);
   session_->addLight(LightKind::point);
-  ASSERT_EQ(session_->editor.selected(), 3u);
+  ASSERT_EQ(session_->editor.indexIn(state.lights), 3u);
 
   auto changed = std::make_shared<LoadedLevel>(**first);
   std::vector<SceneLight>& lights = changed->scene.lights;
@@ -263,7 +263,7 @@ TEST_F(ViewerSession, aChangedLevelHasItsOwnLightsAndEmitters) {
   EXPECT_EQ(names, (std::vector<std::string>{"lamp", "spot", "point", "second lamp"}));
   EXPECT_EQ(state.lights[0].light.intensity, lamp);
   EXPECT_EQ(state.lights[1].light.range, 4.0f);
-  EXPECT_FALSE(session_->editor.selected()) << "another light has its place";
+  EXPECT_EQ(session_->editor.indexIn(state.lights), 2u) << "the light that was added, which the file has not";
   ASSERT_EQ(state.emitters.size(), 2u);
   EXPECT_EQ(state.emitters[indexOf(state.emitters, "panel")].radiance, 2.0f * panel);
   EXPECT_EQ(state.emitters[indexOf(state.emitters, "rug")].radiance, glm::vec3(5.0f));
@@ -277,12 +277,17 @@ TEST_F(ViewerSession, aChangedLevelHasItsOwnLightsAndEmitters) {
   EXPECT_EQ(state.lights[1].light.range, range);
   EXPECT_EQ(state.lights[1].light.intensity, lights[indexOf(lights, "spot")].intensity);
 
+  // One that the file has no more is no more selected either.
+  EXPECT_FALSE(session_->editor.selected()) << "the point light is not added yet";
+  session_->editor.select(state.lights.back().id);
+  ASSERT_EQ(state.lights.back().name, "second lamp");
   // Emitters that were driven here stay so, whatever their number and order are.
   const std::size_t driven = indexOf(state.emitters, "panel");
   state.emitters[driven].isDriven = true;
   state.emitters[driven].radiance = {1.0f, 0.0f, 0.0f};
   session_->endControls(false);
   ASSERT_TRUE(session_->show(*first));
+  EXPECT_FALSE(session_->editor.selected());
   ASSERT_EQ(state.emitters.size(), 1u);
   EXPECT_TRUE(state.emitters[0].isDriven);
   EXPECT_EQ(state.emitters[0].radiance, glm::vec3(1.0f, 0.0f, 0.0f));

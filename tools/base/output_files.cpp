@@ -198,10 +198,12 @@ Status checkKind(const OutputFile& output) {
 }
 
 // A file that this user may not write is one that somebody keeps as it is, although a rename would replace it: version
-// control takes the permission from files that are locked or not checked out.
+// control takes the permission from files that are locked or not checked out. Root may write those that nobody may.
 Status checkPermission(const OutputFile& output) {
-  if (std::error_code failed; !fs::is_regular_file(output.path, failed)) return done();
-  if (::access(output.path.c_str(), W_OK) == 0 || errno != EACCES) return done();
+  struct stat status {};
+  if (::stat(output.path.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) return done();
+  const bool isNobodys = (status.st_mode & (S_IWUSR | S_IWGRP | S_IWOTH)) == 0;
+  if (!isNobodys && (::access(output.path.c_str(), W_OK) == 0 || errno != EACCES)) return done();
   return Error{ErrorCode::usage, output.option + ": " + quoted(output.path) +
                                      " exists and is read-only, as version control leaves files that are locked or "
                                      "not checked out; make it writable, or --force to write over it"};

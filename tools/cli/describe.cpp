@@ -140,6 +140,7 @@ Json describeCaches(const Caches& c) {
   const auto corners = c.lightmap.cornerUv.size();
   const auto gridLit = std::count(c.lightmap.cornerUv.begin(), c.lightmap.cornerUv.end(), kGridLit);
   const auto onGrid = std::count(c.normal.begin(), c.normal.end(), glm::vec3(0.0f));
+  const auto parted = std::count_if(c.lightmap.sight.begin(), c.lightmap.sight.end(), [](auto w) { return w != 0; });
   return {{"count", c.count()},
           {"grid",
            {{"resolution", {c.grid.resolution.x, c.grid.resolution.y, c.grid.resolution.z}},
@@ -160,6 +161,7 @@ Json describeCaches(const Caches& c) {
                                                  : static_cast<double>(valid(c.lightmap.cache)) /
                                                        static_cast<double>(c.lightmap.cache.size())},
             {"caches", c.count() - onGrid},
+            {"partedSquares", parted},
             {"triangles", corners / 3},
             {"gridLitTriangles", gridLit / 3}}}};
 }

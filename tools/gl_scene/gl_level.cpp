@@ -436,6 +436,7 @@ in vec4 levelTangent;
 in vec4 levelUvGlossNormal;
 in vec4 levelColor;
 flat in uvec2 levelGridLit;
+layout(location = 0) uniform mat4 levelClipFromWorld;
 layout(location = 2) uniform vec4 levelAlbedoFactor;
 layout(location = 3) uniform vec3 levelEmissionFactor;
 layout(location = 4) uniform float levelAlphaCutoff;
@@ -455,11 +456,20 @@ vec3 levelEmission() {
   if (!gl_FrontFacing && !levelDoubleSided) return vec3(0.0);
   return levelEmissionFactor * texture(levelEmissionTexture, levelUvEmission).rgb;
 }
+// Normal of the triangle's plane, of no particular length.
+vec3 levelFace() {
+  vec3 dx = dFdx(levelPosition), dy = dFdy(levelPosition);
+  // A neighbour past the plane's horizon is extrapolated to behind the eye, which turns the cross product round. How dx
+  // and dy look in the picture tells: seen from a point before the eye they lead right and up.
+  vec4 clip = levelClipFromWorld * vec4(levelPosition, 1.0);
+  mat2x4 moved = levelClipFromWorld * mat2x4(vec4(dx, 0.0), vec4(dy, 0.0));
+  vec2 place = clip.xy / clip.w, right = moved[0].xy - moved[0].w * place, up = moved[1].xy - moved[1].w * place;
+  return right.x * up.y < right.y * up.x ? cross(dy, dx) : cross(dx, dy);
+}
 vec3 levelNormal() {
   vec3 n = normalize(levelVertexNormal);
   // Mesh normals may disagree with the winding: the front's normal is on the geometric normal's side.
-  vec3 face = cross(dFdx(levelPosition), dFdy(levelPosition));
-  n = dot(n, face) < 0.0 ? -n : n;
+  n = dot(n, levelFace()) < 0.0 ? -n : n;
   if (levelGlossFactor.w > 0.0) {
     // mappedNormal() of relume/bake/scene.h, of the front; the back has the opposite.
     vec3 texel = 2.0 * texture(levelNormalTexture, levelUvGlossNormal.zw).xyz - 1.0;

@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include "formats/pack.h"
+#include "runtime/shared/half_scale.h"
 #include "runtime/shared/pack_color.h"
 #include "tools/view/cpu_light.h"
 
@@ -18,15 +19,32 @@ constexpr std::size_t kWord = 4;  // coefficients of a layer, and of a word of t
 
 std::size_t wordsOf(int bands) { return (static_cast<std::size_t>(bands * bands) + kWord - 1) / kWord; }
 
+// What brings each cache within halves, as the passes of OpenGL do (shaders/light_caches.comp): of the light map's by
+// the coefficients that the map has, of the grid's by all.
+std::vector<float> halfScales(const Caches& caches, std::span<const float> coefficients, const CacheBands& held) {
+  const CacheBands map = held.ofMap();
+  std::vector<float> scales;
+  for (std::size_t cache = 0; held.stride() * cache < coefficients.size(); ++cache) {
+    const auto c = coefficients.subspan(held.stride() * cache, held.stride());
+    const CacheBands& kept = cache < caches.firstMapCache() ? held : map;
+    const float luma = largestOf(c.subspan(0, kept.lumaCount())),
+                co = largestOf(c.subspan(held.lumaCount(), kept.chromaCount()), luma);
+    scales.push_back(halfScale(largestOf(c.subspan(held.lumaCount() + held.chromaCount(), kept.chromaCount()), co)));
+  }
+  return scales;
+}
+
 // The texels of one channel, a layer after the other. `first`: of the channel's coefficients within a cache.
-std::vector<std::uint16_t> mapTexels(const Lightmap& map, std::span<const float> coefficients, std::size_t stride,
-                                     std::size_t first, int bands) {
+std::vector<std::uint16_t> mapTexels(const Lightmap& map, std::span<const float> coefficients,
+                                     std::span<const float> scales, std::size_t stride, std::size_t first, int bands) {
   const std::size_t texels = map.cache.size(), count = static_cast<std::size_t>(bands * bands);
   std::vector<std::uint16_t> halves(kWord * texels * wordsOf(bands), 0);
   for (std::size_t t = 0; t < texels; ++t) {
     if (map.cache[t] == kNoCache) continue;
     const float* from = coefficients.data() + stride * map.cache[t] + first;
-    for (std::size_t i = 0; i < count; ++i) halves[kWord * (texels * (i / kWord) + t) + i % kWord] = packHalf(from[i]);
+    const float scale = scales[map.cache[t]];
+    for (std::size_t i = 0; i < count; ++i)
+      halves[kWord * (texels * (i / kWord) + t) + i % kWord] = packHalf(scale * from[i]);
   }
   return halves;
 }
@@ -82,6 +100,7 @@ void CpuLight::upload(const GlResolveInputs& inputs) const {
   const CacheBands held{relighter_.lumaBands(), relighter_.chromaBands(), bake_->links.kind == LinkKind::irradiance,
                         true};
   const std::array<int, 3> bands{relighter_.lumaBands(), relighter_.chromaBands(), relighter_.chromaBands()};
+  const std::vector<float> scales = halfScales(bake_->caches, coefficients, held);
 
   // The light map: four coefficients a layer
   const Lightmap& map = bake_->caches.lightmap;
@@ -89,7 +108,7 @@ void CpuLight::upload(const GlResolveInputs& inputs) const {
   std::size_t first = 0;
   for (std::size_t k = 0; k < textures.size() && map.width > 0; ++k) {
     const int onMap = held.onMap(bands[k]);
-    const auto halves = mapTexels(map, coefficients, stride, first, onMap);
+    const auto halves = mapTexels(map, coefficients, scales, stride, first, onMap);
     glBindTexture(GL_TEXTURE_2D_ARRAY, textures[k]);
     glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, static_cast<GLsizei>(map.width), static_cast<GLsizei>(map.height),
                     static_cast<GLsizei>(wordsOf(onMap)), GL_RGBA, GL_HALF_FLOAT, halves.data());
@@ -104,7 +123,7 @@ void CpuLight::upload(const GlResolveInputs& inputs) const {
     const float* from = coefficients.data() + stride * cache;
     for (const int l : bands) {
       const std::size_t begin = words.size();
-      for (int i = 0; i < l * l; ++i) words.push_back(packHalf(*from++));
+      for (int i = 0; i < l * l; ++i) words.push_back(packHalf(scales[cache] * *from++));
       words.resize(begin + kWord * wordsOf(l), 0);
     }
   }

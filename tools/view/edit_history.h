@@ -26,12 +26,14 @@ class EditHistory {
   }
   // Put a state in place of the one that is known, which is no edit.
   void replace(T state) { current_ = std::move(state); }
-  // change(T&) of the states that can be undone and redone.
+  // change(T&) of all states: the one that is known, and those that can be undone and redone. It is no edit.
   template <class Change>
-  void changeOthers(const Change& change) {
+  void change(const Change& change) {
+    change(current_);
     for (T& past : past_) change(past);
     for (T& future : future_) change(future);
   }
+  const T& current() const { return current_; }
   bool canUndo() const { return !past_.empty(); }
   bool canRedo() const { return !future_.empty(); }
   // The state before the last edit, or after the one that was undone last; where there is none, the state that is.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A camera that flies: a position, and a direction as two angles.
+// A camera that flies: a position, and a direction as two angles. It does not roll, and looks almost straight up and
+// down at most.
 #pragma once
 
 #include "relume/bake/scene.h"
@@ -17,8 +18,10 @@ struct FlyCamera {
 
   bool operator==(const FlyCamera& other) const = default;
 
+  // A camera that rolls is put upright; an orthographic one has a perspective.
   static FlyCamera from(const Camera& camera);
   glm::vec3 forward() const;
+  glm::vec3 right() const;
   // Move along its own axes: x right, y up, z forward [m].
   void move(const glm::vec3& step);
   void turn(float yaw, float pitch);

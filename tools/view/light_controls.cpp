@@ -105,9 +105,9 @@ void lightList(Session& session) {
       }
     }
     ImGui::SameLine();
-    const bool isSelected = session.editor.selected() == i;
+    const bool isSelected = session.editor.selected() == lights[i].id;
     if (ImGui::Selectable(lights[i].name.empty() ? "(no name)" : lights[i].name.c_str(), isSelected))
-      session.editor.select(isSelected ? std::nullopt : std::optional(i));
+      session.editor.select(isSelected ? std::nullopt : std::optional(lights[i].id));
     ImGui::PopID();
   }
   if (lights.empty()) ImGui::TextDisabled("none");
@@ -122,8 +122,7 @@ void drawLightControls(Session& session) {
   ImGui::SameLine();
   if (ImGui::Button("+ sun")) session.addLight(LightKind::directional);
   lightList(session);
-  const auto selected = session.editor.selected();
-  if (selected && *selected < session.state.lights.size()) {
+  if (const auto selected = session.editor.indexIn(session.state.lights)) {
     ImGui::Separator();
     selectedControls(session, session.state.lights[*selected]);
   }

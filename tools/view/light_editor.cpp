@@ -5,6 +5,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include <algorithm>
 #include <utility>
 
 namespace relume {
@@ -23,16 +24,29 @@ glm::vec3 LightEditor::anchorOf(const ViewedLight& light, const PixelView& view)
   return ray.origin + kAhead * ray.direction;
 }
 
+std::optional<std::size_t> LightEditor::indexIn(const Lights& lights) const {
+  if (!selected_) return std::nullopt;
+  const auto found = std::ranges::find(lights, *selected_, &ViewedLight::id);
+  if (found == lights.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - lights.begin());
+}
+
+void LightEditor::select(std::optional<std::size_t> id) {
+  drag_.reset();
+  selected_ = id;
+}
+
 std::optional<Gizmo> LightEditor::gizmo(const Lights& lights, const PixelView& view) const {
+  const auto index = indexIn(lights);
+  if (!index) return std::nullopt;
+  const ViewedLight& light = lights[*index];
   if (drag_) {
     // Rings stay where they were grabbed; handles that move go with the light.
     Gizmo dragged = drag_->start;
-    if (!isRing(drag_->handle)) dragged.centreWorld = lights[*selected_].light.positionWorld;
-    dragged.direction = lights[*selected_].light.direction;
+    if (!isRing(drag_->handle)) dragged.centreWorld = light.light.positionWorld;
+    dragged.direction = light.light.direction;
     return dragged;
   }
-  if (!selected_ || *selected_ >= lights.size()) return std::nullopt;
-  const ViewedLight& light = lights[*selected_];
   Gizmo gizmo;
   gizmo.centreWorld = anchorOf(light, view);
   gizmo.direction = light.light.direction;
@@ -54,7 +68,7 @@ bool LightEditor::press(Lights& lights, const PixelView& view, const glm::vec2& 
   if (shown) {
     drag_ = beginDrag(*shown, pickHandle(*shown, view, pixel), view, pixel);
     if (drag_) {
-      before_ = lights[*selected_];
+      before_ = lights[*indexIn(lights)];
       return true;
     }
   }
@@ -64,17 +78,18 @@ bool LightEditor::press(Lights& lights, const PixelView& view, const glm::vec2& 
     const auto at = view.project(anchorOf(lights[i], view));
     if (!at || glm::distance(*at, pixel) >= best) continue;
     best = glm::distance(*at, pixel);
-    nearest = i;
+    nearest = lights[i].id;
   }
   selected_ = nearest;
   return nearest.has_value();
 }
 
 void LightEditor::move(Lights& lights, const PixelView& view, const glm::vec2& pixel) {
-  if (!drag_) return;
+  const auto index = indexIn(lights);
+  if (!drag_ || !index) return;
   const auto to = dragTo(*drag_, view, pixel);
   if (!to) return;
-  ViewedLight& light = lights[*selected_];
+  ViewedLight& light = lights[*index];
   light.orbits = false;
   if (isRing(drag_->handle)) {
     light.light.direction = to->direction;
@@ -85,31 +100,38 @@ void LightEditor::move(Lights& lights, const PixelView& view, const glm::vec2& p
 
 void LightEditor::cancelDrag(Lights& lights) {
   if (!drag_) return;
-  lights[*selected_] = *before_;
+  if (const auto index = indexIn(lights)) lights[*index] = *before_;
   drag_.reset();
+}
+
+void LightEditor::giveIds(Lights& lights) {
+  for (ViewedLight& light : lights) {
+    if (light.id == 0) light.id = ++lastId_;
+  }
 }
 
 void LightEditor::add(Lights& lights, ViewedLight light) {
   cancelDrag(lights);
+  light.id = ++lastId_;
+  selected_ = light.id;
   lights.push_back(std::move(light));
-  selected_ = lights.size() - 1;
 }
 
 void LightEditor::removeSelected(Lights& lights) {
   cancelDrag(lights);
-  if (!selected_ || *selected_ >= lights.size()) return;
-  lights.erase(lights.begin() + static_cast<std::ptrdiff_t>(*selected_));
+  if (const auto index = indexIn(lights)) lights.erase(lights.begin() + static_cast<std::ptrdiff_t>(*index));
   selected_.reset();
 }
 
 void LightEditor::replace(Lights& lights, Lights with) {
   cancelDrag(lights);
   lights = std::move(with);
+  for (ViewedLight& light : lights) light.id = ++lastId_;
   selected_.reset();
 }
 
 void LightEditor::keepSelectionWithin(const Lights& lights) {
-  if (selected_ && *selected_ >= lights.size()) selected_.reset();
+  if (!indexIn(lights)) select({});
 }
 
 }  // namespace relume

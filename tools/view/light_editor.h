@@ -18,15 +18,18 @@ class LightEditor {
  public:
   using Lights = std::vector<ViewedLight>;
 
+  // The id of the light that is selected, and its place among the lights; nothing where it is not there.
   std::optional<std::size_t> selected() const { return selected_; }
-  void select(std::optional<std::size_t> index) { selected_ = index; }
+  std::optional<std::size_t> indexIn(const Lights& lights) const;
+  // Lets go of what is dragged.
+  void select(std::optional<std::size_t> id);
   bool isDragging() const { return drag_.has_value(); }
   // The handle that is dragged, or that a press at `pixel` would grab.
   Handle handleAt(const Lights& lights, const PixelView& view, const glm::vec2& pixel) const;
 
   // Where a light's icon is: its position; of a sun that is not in view, a place in it.
   static glm::vec3 anchorOf(const ViewedLight& light, const PixelView& view);
-  // Nothing unless a light is selected.
+  // Nothing unless a light that is there is selected.
   std::optional<Gizmo> gizmo(const Lights& lights, const PixelView& view) const;
 
   // The left button. press() says whether there was a light or a handle under the mouse; where not, none is selected.
@@ -36,15 +39,18 @@ class LightEditor {
   // Put back what is being dragged.
   void cancelDrag(Lights& lights);
 
-  // add() selects the light.
+  // Ids for the lights that have none.
+  void giveIds(Lights& lights);
+  // add() selects the light. What comes has ids of its own.
   void add(Lights& lights, ViewedLight light);
   void removeSelected(Lights& lights);
   void replace(Lights& lights, Lights with);
-  // Deselects a light that is gone.
+  // Deselects a light that is gone, and lets go of it.
   void keepSelectionWithin(const Lights& lights);
 
  private:
-  std::optional<std::size_t> selected_;
+  std::size_t lastId_ = 0;
+  std::optional<std::size_t> selected_;  // by its id: undo and other files move lights in their list
   std::optional<Drag> drag_;
   std::optional<ViewedLight> before_;  // what is dragged, as it was
 };

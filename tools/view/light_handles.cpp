@@ -105,7 +105,7 @@ void drawGizmo(ImDrawList& list, const Gizmo& gizmo, Handle bright, const PixelV
 void drawLightHandles(const LightEditor& editor, const LightEditor::Lights& lights, const PixelView& view,
                       const glm::vec2& mouse) {
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
-  for (std::size_t i = 0; i < lights.size(); ++i) drawIcon(list, lights[i], view, editor.selected() == i);
+  for (std::size_t i = 0; i < lights.size(); ++i) drawIcon(list, lights[i], view, editor.selected() == lights[i].id);
   const auto gizmo = editor.gizmo(lights, view);
   if (!gizmo) return;
   drawGizmo(list, *gizmo, editor.handleAt(lights, view, mouse), view);

@@ -37,10 +37,11 @@ const ViewedLight* lightNamed(std::span<const ViewedLight> lights, const std::st
   return nullptr;
 }
 
-// `light` where it is on and orbits as `like` does.
+// `light` in place of `like`: on and orbiting as that is, and with its id.
 ViewedLight switchedAs(ViewedLight light, const ViewedLight& like) {
   light.on = like.on;
   light.orbits = like.orbits;
+  light.id = like.id;
   return light;
 }
 

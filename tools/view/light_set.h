@@ -31,8 +31,8 @@ ViewedLight newLight(LightKind kind, const FlyCamera& camera, std::span<const Vi
 std::string freeName(const std::string& base, std::span<const ViewedLight> lights);
 
 // Lights of the window once the level's file, which had the lights `before`, has `now`: those that are as the file had
-// them follow it, on and orbiting as they are; those that were edited, added or removed in the window stay so. The
-// first of a name in one list is the first in the others.
+// them follow it, on and orbiting as they are, and keep their ids; those that were edited, added or removed in the
+// window stay so. The first of a name in one list is the first in the others.
 std::vector<ViewedLight> followFile(std::span<const ViewedLight> lights, std::span<const ViewedLight> before,
                                     std::span<const ViewedLight> now);
 

@@ -5,12 +5,31 @@
 #include "bake/scene/check_triangles.h"
 #include "relume/bake/bake.h"
 #include "relume/bake/load_scene.h"
+#include "tools/base/printable.h"
 #include "tools/compare/fit_bake.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 namespace relume {
+
+std::string titleOf(const LoadedLevel& level) {
+  const auto nameOf = [](const std::string& path) {
+    return printable(std::filesystem::path(path).filename().string());
+  };
+  const std::string light = !level.isBaked      ? "without a bake"
+                            : level.isBakedHere ? "baked in memory"
+                                                : nameOf(level.bakeFile);
+  return nameOf(level.sceneFile) + ", " + light + " - Relume";
+}
+
+std::filesystem::path fullPath(const std::string& path) {
+  std::error_code failed;
+  const std::filesystem::path full = std::filesystem::weakly_canonical(std::filesystem::absolute(path, failed), failed);
+  return failed ? std::filesystem::path(path) : full;
+}
 
 ShownEmission shownEmission(const LoadedLevel& level, const ViewState& state, std::uint32_t material) {
   const Material &baked = level.materials[material], &driven = level.scene.materials[material];
@@ -32,6 +51,7 @@ Result<LevelPtr> loadBake(Scene scene, const LevelFiles& files, Context& context
   level->hasGloss = files.sceneOptions.gloss;
   if (!files.bake.empty()) level->bakeStamp = stampOf(files.bake);
   level->isBaked = files.hasBake();
+  level->isBakedHere = files.bakeBy.has_value();
   level->isEditable = files.isEditable;
   if (level->isBaked) {
     auto baked = files.bakeBy ? bake(level->scene, *files.bakeBy, context)

@@ -14,6 +14,7 @@
 #include "tools/view/view_state.h"
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,8 +26,9 @@ struct LoadedLevel {
   Scene scene;
   std::vector<Material> materials;  // of the scene, as they were before any was driven
   Bake bake;
-  bool isBaked = true;    // else there is nothing in `bake`, and the level is lit by LiveJob
-  bool hasGloss = false;  // whether the scene has what its materials mirror: --gloss
+  bool isBaked = true;       // else there is nothing in `bake`, and the level is lit by LiveJob
+  bool isBakedHere = false;  // in memory, whatever the file has that is watched
+  bool hasGloss = false;     // whether the scene has what its materials mirror: --gloss
   std::string sceneFile;
   std::string bakeFile;  // that is watched; empty: none
   FileStamp bakeStamp;   // of the file, from before it was read
@@ -38,12 +40,18 @@ struct LoadedLevel {
 };
 using LevelPtr = std::shared_ptr<const LoadedLevel>;
 
+// The window's title, "level.glb, level.relume - Relume": what is shown, and what lights it.
+std::string titleOf(const LoadedLevel& level);
+
 // What a material of the scene emits, as a state has it.
 struct ShownEmission {
   glm::vec3 radiance{0.0f};  // [W/m²/sr] times the texture, or evenly
   TextureRef texture;
 };
 ShownEmission shownEmission(const LoadedLevel& level, const ViewState& state, std::uint32_t material);
+
+// A file by its one name, however it is spelled: absolute, links followed. It need not be there.
+std::filesystem::path fullPath(const std::string& path);
 
 // Where a level comes from.
 struct LevelFiles {

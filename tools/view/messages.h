@@ -6,6 +6,7 @@
 #include "relume/result.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <deque>
 #include <string>
 #include <utility>
@@ -21,13 +22,15 @@ class Messages {
     std::string topic{};  // of update()
   };
   static constexpr double kNewsSeconds = 6.0;
-  static constexpr std::size_t kMaxShown = 4;
+  static constexpr std::size_t kMaxShown = 4;  // of news, and of what stays
 
   // A text that is shown already is not repeated.
   void say(Severity severity, std::string text, double now) {
     std::erase_if(shown_, [&](const Message& m) { return m.text == text; });
     shown_.push_back({severity, std::move(text), now + kNewsSeconds});
-    if (shown_.size() > kMaxShown) shown_.pop_front();
+    const auto isLike = [&](const Message& m) { return isNews(m.severity) == isNews(severity); };
+    if (std::count_if(shown_.begin(), shown_.end(), isLike) > static_cast<std::ptrdiff_t>(kMaxShown))
+      shown_.erase(std::find_if(shown_.begin(), shown_.end(), isLike));
   }
   // News in place of what was said of the same topic.
   void update(const std::string& topic, std::string text, double now) {
@@ -41,12 +44,14 @@ class Messages {
     return static_cast<bool>(status);
   }
   void forgetOld(double now) {
-    std::erase_if(shown_, [&](const Message& m) { return m.severity == Severity::info && m.until < now; });
+    std::erase_if(shown_, [&](const Message& m) { return isNews(m.severity) && m.until < now; });
   }
   void close(std::size_t index) { shown_.erase(shown_.begin() + static_cast<std::ptrdiff_t>(index)); }
   const std::deque<Message>& shown() const { return shown_; }
 
  private:
+  static bool isNews(Severity severity) { return severity == Severity::info; }
+
   std::deque<Message> shown_;
 };
 

@@ -124,7 +124,7 @@ void emitterControls(ViewState& state, bool canDrive) {
     ImGui::PopID();
   }
   if (state.sky.map) {
-    ImGui::SliderFloat("sky's turn", &state.sky.rotationDeg, -180.0f, 180.0f, "%.0f deg");
+    ImGui::SliderFloat("sky's turn", &state.sky.rotationDeg, -360.0f, 360.0f, "%.0f deg", ImGuiSliderFlags_AlwaysClamp);
   } else if (ImGui::ColorEdit3("sky", glm::value_ptr(state.sky.radiance), kRadiance)) {
     state.sky.radiance = glm::clamp(state.sky.radiance, 0.0f, 1e9f);
   }

@@ -5,17 +5,21 @@
 #include "tools/view/light_set.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 namespace relume {
 
 Session::Session(ViewState first, const ViewerOptions& options, GetProcAddress getProcAddress)
     : state(std::move(first)),
-      lightsFile(options.lightsFile.empty() ? "lights.json" : options.lightsFile),
+      lightsFile(options.lightsFile.empty() ? kLightsFile : options.lightsFile),
       options_(options),
       bakesAtOnce_(options.draft),
       getProcAddress_(std::move(getProcAddress)),
       capture_(options.output.empty() ? "." : options.output) {
+  if (!options.lightsFile.empty()) ownLights_.insert(fullPath(options.lightsFile));
+  editor.giveIds(state.lights);
   edits.begin(state);
 }
 
@@ -39,7 +43,7 @@ void Session::run(Command command) {
     case Command::saveLights:
       return saveLights();
     case Command::loadLights:
-      return loadLights();
+      return loadLights(lightsFile);
     case Command::removeLight:
       edits.commit(state);
       editor.removeSelected(state.lights);
@@ -85,8 +89,9 @@ void Session::commit() {
 }
 
 void Session::duplicateLight() {
-  if (!editor.selected()) return;
-  ViewedLight light = state.lights[*editor.selected()];
+  const auto index = editor.indexIn(state.lights);
+  if (!index) return;
+  ViewedLight light = state.lights[*index];
   light.name = freeName(light.name, state.lights);
   light.on = light.on && lightsOn(state.lights) < kMaxLightsOn;
   edits.commit(state);
@@ -95,13 +100,25 @@ void Session::duplicateLight() {
 }
 
 void Session::saveLights() {
+  const std::filesystem::path path = fullPath(lightsFile);
+  std::error_code failed;
+  const bool isReplaced = std::filesystem::is_regular_file(path, failed) && !std::filesystem::is_empty(path, failed);
+  if (isReplaced && !ownLights_.contains(path)) {
+    return say(Severity::error, "\"" + lightsFile +
+                                    "\": not replaced, for it was neither loaded nor saved with this level; save "
+                                    "under another name, or load it first");
+  }
   if (!messages.check(saveLightSet(lightsFile, state.lights), now_)) return;
+  ownLights_.insert(path);
   say(Severity::info, countOfLights(lightsOn(state.lights)) + " saved to \"" + lightsFile + "\"");
 }
 
-void Session::loadLights() {
-  auto lights = loadLightSet(lightsFile);
+// The file is then the one that lights are saved to.
+void Session::loadLights(const std::string& path) {
+  auto lights = loadLightSet(path);
   if (!lights) return say(Severity::error, lights.error().message + "; the lights stay as they are");
+  lightsFile = path;
+  ownLights_.insert(fullPath(path));
   say(Severity::info, countOfLights(lights->size()) + " loaded from \"" + lightsFile + "\"");
   edits.commit(state);
   editor.replace(state.lights, std::move(*lights));
@@ -182,6 +199,14 @@ void Session::takePictures(std::uint32_t width, std::uint32_t height) {
   say(Severity::info, "\"" + path->string() + "\" written");
 }
 
+// A view that could not be drawn, or lit, as it is now is no picture: the framebuffer has an older one.
+void Session::refusePictures() {
+  if (std::exchange(screenshotWanted_, false)) say(Severity::error, "no picture: the view could not be drawn");
+  if (!capture_.isFilming()) return;
+  const std::string frames = std::to_string(capture_.frames()), folder = capture_.endFilm().string();
+  say(Severity::error, "the view could not be drawn, which ends the film: " + frames + " frames in \"" + folder + "\"");
+}
+
 // The point of the links, or the object that is there.
 void Session::pick(const glm::vec3& pointWorld) {
   if (state.shows(Overlay::links)) state.picked = pointWorld;
@@ -200,24 +225,26 @@ void Session::endControls(bool isHeld) {
   messages.check(chosen, now_);
 }
 
-// What is looked into, or kept, is drawn whole.
-void Session::drawView(GLuint framebuffer, std::uint32_t width, std::uint32_t height) {
+// What is looked into, or kept, is drawn whole. Whether it could be drawn, in its own light.
+bool Session::drawView(GLuint framebuffer, std::uint32_t width, std::uint32_t height) {
   const bool isWanted = coarse.isWanted(state) && !pick_ && !capture_.isFilming() && !screenshotWanted_;
   const auto target = isWanted ? coarse.begin(width, height) : std::nullopt;
+  Status drawn = done();
   if (target) {
-    messages.check(viewer->draw(state, target->framebuffer, target->width, target->height, true), now_);
+    drawn = viewer->draw(state, target->framebuffer, target->width, target->height, true);
     coarse.end(framebuffer, width, height);
   } else {
-    messages.check(viewer->draw(state, framebuffer, width, height, true), now_);
+    drawn = viewer->draw(state, framebuffer, width, height, true);
   }
   if (!viewer->times().empty()) coarse.tell(viewer->times().back().second, target.has_value());
+  return messages.check(drawn, now_);
 }
 
 void Session::draw(GLuint framebuffer, std::uint32_t width, std::uint32_t height) {
   if (viewer) {
     relightAsChosen();
     recordsAsChosen();
-    drawView(framebuffer, width, height);
+    const bool isDrawn = drawView(framebuffer, width, height);
     if (pick_) {
       const glm::vec2 scale = glm::vec2(width, height) / pixels_.size;
       if (const auto point = viewer->surfaceAt(state, scale * *pick_, width, height)) {
@@ -228,7 +255,11 @@ void Session::draw(GLuint framebuffer, std::uint32_t width, std::uint32_t height
     }
     pick_.reset();
     times.add(viewer->times());
-    takePictures(width, height);
+    if (isDrawn) {
+      takePictures(width, height);
+    } else {
+      refusePictures();
+    }
     return;
   }
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);

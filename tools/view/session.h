@@ -21,7 +21,9 @@
 #include "tools/view/viewer.h"
 
 #include <cstddef>
+#include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -58,9 +60,10 @@ class Session {
   Status show(LevelPtr next);
   // Begin to load or bake a level; what was being loaded is cancelled. `scene`: loadScene() of it, where that is done.
   void begin(LevelFiles files, std::optional<Scene> scene = {});
-  // A file that was dropped on the window: a level, which is baked at preset draft, and lit without a bake until then
-  // where the window's first level is; a bake of the level that is shown; a list of lights.
-  void drop(const std::string& path);
+  // Files that were dropped on the window together: a level, which is baked at preset draft, and lit without a bake
+  // until then where the window's first level is; a bake of it, of the level that is on its way, or of the one that is
+  // shown; a list of lights.
+  void drop(const std::vector<std::string>& paths);
 
   // Begin to bake the level that is shown, in memory, while its light goes on: at preset draft, or by the options of
   // its bake but for the kind of the links.
@@ -113,19 +116,21 @@ class Session {
   std::string lightsFile;             // that lights are saved to and loaded from
   std::vector<PixelBox> covered;      // by the panel, in the last frame
   glm::vec2 mouse{-1.0f};
-  std::optional<std::size_t> shownLight, shownObject;  // whose controls the panel had in the last frame
+  std::optional<std::size_t> shownLight, shownObject;  // id, index of those whose controls the panel had last
 
  private:
+  static constexpr const char* kLightsFile = "lights.json";
+
   bool isCovered(const glm::vec2& pixel) const;
   void saveLights();
-  void loadLights();
+  void loadLights(const std::string& path);
   void duplicateLight();
   void cancelDrags();
   void commit();
   LevelFiles filesOf(const std::string& scene, const std::string& bake) const;
   void relightAsChosen();
   void recordsAsChosen();
-  void drawView(GLuint framebuffer, std::uint32_t width, std::uint32_t height);
+  bool drawView(GLuint framebuffer, std::uint32_t width, std::uint32_t height);
   void finishJob();
   void finishReference();
   void watchBake();
@@ -133,6 +138,7 @@ class Session {
   void pick(const glm::vec3& pointWorld);
   void toggleFilm();
   void takePictures(std::uint32_t width, std::uint32_t height);
+  void refusePictures();
 
   ViewerOptions options_;   // for levels that are yet to come
   bool bakesAtOnce_;        // whether levels that are dropped are baked before they are shown
@@ -143,6 +149,7 @@ class Session {
   PixelView pixels_;
   double now_ = 0.0, animation_ = 0.0;  // [s]
   Capture capture_;
+  std::set<std::filesystem::path> ownLights_;  // files of lights that were loaded or saved while this level is shown
   bool screenshotWanted_ = false;
 };
 

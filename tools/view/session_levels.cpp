@@ -38,6 +38,8 @@ std::vector<ViewedEmitter> keptEmitters(const std::vector<ViewedEmitter>& shown,
   return now;
 }
 
+bool isSameFile(const std::string& a, const std::string& b) { return a == b || fullPath(a) == fullPath(b); }
+
 std::string whatCameOf(const LevelFiles& files) {
   const std::string scene = "\"" + files.scene + "\" ";
   if (!files.hasBake()) return scene + "is lit without a bake";
@@ -51,15 +53,16 @@ std::string whatCameOf(const LevelFiles& files) {
 }  // namespace
 
 Status Session::show(LevelPtr next) {
-  const bool isSame = level && level->sceneFile == next->sceneFile;
+  const bool isSame = level && isSameFile(level->sceneFile, next->sceneFile);
   // The level of the command line has the state that this began with.
-  const bool isFirst = !level && next->sceneFile == options_.scene;
+  const bool isFirst = !level && isSameFile(next->sceneFile, options_.scene);
   ViewState wanted = state;
   FileParts before, now;  // of the level that is shown, where it has changed
   pick_.reset();
   if (isSame) {
     before = {lightsOf(level->scene, options_.lights), emittersOf(level->scene, options_.driven)};
     now = {lightsOf(next->scene, options_.lights), emittersOf(next->scene, options_.driven)};
+    editor.giveIds(now.lights);
     wanted.lights = followFile(state.lights, before.lights, now.lights);
     wanted.objects = keptObjects(state.objects, objectsOf(next->scene, next->movable()));
     wanted.emitters = keptEmitters(state.emitters, before.emitters, now.emitters);
@@ -74,18 +77,15 @@ Status Session::show(LevelPtr next) {
     auto fresh = initialState(next->scene, options_);
     if (!fresh) return fresh.error();
     wanted = std::move(*fresh);
+    editor.giveIds(wanted.lights);
   }
   auto made = Viewer::create(*next, options_.shadowSize, wanted, getProcAddress_, isSame ? &*viewer : nullptr);
   if (!made) return made.error();
   viewer.emplace(std::move(*made));
-  // A light that is gone from the file has left its place to the next.
-  const std::optional<std::size_t> selected = editor.selected();
-  const auto isThere = [&](std::size_t i) {
-    return i < wanted.lights.size() && wanted.lights[i].name == state.lights[i].name;
-  };
-  if (!isSame || (selected && !isThere(*selected))) {
-    editor.cancelDrag(state.lights);
-    editor.select({});
+  editor.keepSelectionWithin(wanted.lights);
+  if (!isSame && !isFirst) {
+    lightsFile = kLightsFile;
+    ownLights_.clear();
   }
   level = std::move(next);
   watch_ = FileWatch(level->bakeFile, level->bakeStamp);
@@ -112,7 +112,7 @@ LevelFiles Session::filesOf(const std::string& scene, const std::string& bake) c
           bake,
           options_.sceneOptions,
           options_.allowStale,
-          scene == options_.scene ? options_.driven : std::vector<DrivenMaterial>(),
+          isSameFile(scene, options_.scene) ? options_.driven : std::vector<DrivenMaterial>(),
           {},
           options_.edit};
 }
@@ -140,25 +140,35 @@ void Session::begin(LevelFiles files, std::optional<Scene> scene) {
   job.emplace(std::move(files), std::move(scene));
 }
 
-void Session::drop(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension == ".glb" || extension == ".gltf") {
-    LevelFiles files = filesOf(path, "");
-    if (bakesAtOnce_) files.bakeBy = presetOptions(Preset::draft);
-    begin(std::move(files));
-    draftNext_ = !bakesAtOnce_;
-    return;
+void Session::drop(const std::vector<std::string>& paths) {
+  std::string scene, bake;
+  for (const std::string& path : paths) {
+    std::string extension = std::filesystem::path(path).extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (extension == ".glb" || extension == ".gltf") {
+      scene = path;
+    } else if (extension == ".relume") {
+      bake = path;
+    } else if (extension == ".json") {
+      loadLights(path);
+    } else {
+      say(Severity::error, "\"" + path +
+                               "\": a level (.glb, .gltf), a bake of it or of the level that is shown (.relume) or a "
+                               "list of lights (.json) expected");
+    }
   }
-  if (extension == ".json") {
-    lightsFile = path;
-    return loadLights();
+  if (!bake.empty()) {
+    if (scene.empty() && job && !job->isCancelled()) scene = job->files().scene;
+    if (scene.empty() && level) scene = level->sceneFile;
+    if (scene.empty()) return say(Severity::error, "\"" + bake + "\": no level is shown that it could be a bake of");
+    return begin(filesOf(scene, bake));
   }
-  if (extension == ".relume" && level) return begin(filesOf(level->sceneFile, path));
-  say(Severity::error, "\"" + path +
-                           "\": a level (.glb, .gltf), a bake of the level that is shown (.relume) or a list of "
-                           "lights (.json) expected");
+  if (scene.empty()) return;
+  LevelFiles files = filesOf(scene, "");
+  if (bakesAtOnce_) files.bakeBy = presetOptions(Preset::draft);
+  begin(std::move(files));
+  draftNext_ = !bakesAtOnce_;
 }
 
 void Session::finishJob() {

@@ -11,7 +11,13 @@ namespace relume {
 
 ViewEdits::Edited ViewEdits::editedOf(const ViewState& state) {
   Edited edited{state.lights, {}, {}, state.emission, state.sky.radiance, state.sky.rotationDeg};
-  for (const ViewedObject& object : state.objects) edited.objects.push_back(object.position);
+  for (auto object = state.objects.begin(); object != state.objects.end(); ++object) {
+    if (object->position == object->home) continue;
+    const auto number = std::count_if(state.objects.begin(), object, [&](const ViewedObject& o) {
+      return o.home == object->home && o.name == object->name;
+    });
+    edited.objects.push_back({object->name, object->home, number, object->position});
+  }
   for (const ViewedEmitter& emitter : state.emitters)
     edited.emitters.push_back({emitter.name, emitter.isDriven, emitter.radiance});
   return edited;
@@ -22,8 +28,14 @@ void ViewEdits::put(const Edited& edited, ViewState& state) {
   state.emission = edited.emission;
   state.sky.radiance = edited.skyRadiance;
   state.sky.rotationDeg = edited.skyRotationDeg;
-  for (std::size_t i = 0; edited.objects.size() == state.objects.size() && i < state.objects.size(); ++i)
-    state.objects[i].position = edited.objects[i];
+  for (ViewedObject& object : state.objects) object.position = object.home;
+  for (const MovedObject& moved : edited.objects) {
+    std::ptrdiff_t before = moved.number;
+    const auto same = std::ranges::find_if(state.objects, [&](const ViewedObject& o) {
+      return o.home == moved.home && o.name == moved.name && before-- == 0;
+    });
+    if (same != state.objects.end()) same->position = moved.position;
+  }
   for (ViewedEmitter& emitter : state.emitters) {
     const auto same = std::ranges::find(edited.emitters, emitter.name, &Emitter::name);
     if (same == edited.emitters.end()) continue;
@@ -32,19 +44,26 @@ void ViewEdits::put(const Edited& edited, ViewState& state) {
   }
 }
 
+// Bring what was as the file had it to what the file has now, as Session::show() does with what is shown.
+void ViewEdits::follow(const FileParts& before, const FileParts& now, Edited& edited) {
+  edited.lights = followFile(edited.lights, before.lights, now.lights);
+  limitLightsOn(edited.lights);
+  for (Emitter& emitter : edited.emitters) {
+    const auto was = std::ranges::find(before.emitters, emitter.name, &ViewedEmitter::name);
+    const auto is = std::ranges::find(now.emitters, emitter.name, &ViewedEmitter::name);
+    if (was == before.emitters.end() || is == now.emitters.end()) continue;
+    if (emitter.isDriven == was->isDriven && emitter.radiance == was->radiance) emitter.radiance = is->radiance;
+  }
+}
+
 void ViewEdits::begin(const ViewState& state) { history_ = EditHistory<Edited>(editedOf(state)); }
 
 void ViewEdits::replace(const ViewState& state, const FileParts& before, const FileParts& now) {
-  history_.replace(editedOf(state));
-  history_.changeOthers([&](Edited& edited) {
-    edited.lights = followFile(edited.lights, before.lights, now.lights);
-    for (Emitter& emitter : edited.emitters) {
-      const auto was = std::ranges::find(before.emitters, emitter.name, &ViewedEmitter::name);
-      const auto is = std::ranges::find(now.emitters, emitter.name, &ViewedEmitter::name);
-      if (was == before.emitters.end() || is == now.emitters.end()) continue;
-      if (emitter.isDriven == was->isDriven && emitter.radiance == was->radiance) emitter.radiance = is->radiance;
-    }
-  });
+  history_.change([&](Edited& edited) { follow(before, now, edited); });
+  // What was noted last, in a level of these objects and emitters: the next commit() compares with it.
+  ViewState noted = state;
+  put(history_.current(), noted);
+  history_.replace(editedOf(noted));
 }
 
 void ViewEdits::commit(const ViewState& state) { history_.commit(editedOf(state)); }

@@ -7,6 +7,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -22,9 +23,10 @@ class ViewEdits {
  public:
   // Begin with a state, forgetting what was edited before.
   void begin(const ViewState& state);
-  // Take a state for the one that is: another bake of the level is shown, whose file had `before` and has `now`. What
-  // can be undone is kept, and follows the file where it is as the file had it. What else the level has more or fewer
-  // of than it had stays as it is by undo and redo.
+  // Another bake of the level is shown, whose file had `before` and has `now`: a state that is not what was edited.
+  // What can be undone is kept, and follows the file where it is as the file had it; edits of the state that have not
+  // been noted yet are noted by the next commit(). What the level has no more stays as it is by undo and redo, and so
+  // does what it has elsewhere.
   void replace(const ViewState& state, const FileParts& before, const FileParts& now);
 
   // Note an edit, once it is over and nothing is dragged.
@@ -41,10 +43,18 @@ class ViewEdits {
     glm::vec3 radiance;
     bool operator==(const Emitter&) const = default;
   };
+  // An object that is not at home. Those of one name and home are told apart by their order.
+  struct MovedObject {
+    std::string name;
+    glm::vec3 home;
+    std::ptrdiff_t number;  // of its twins before it
+    glm::vec3 position;
+    bool operator==(const MovedObject&) const = default;
+  };
   // What is edited of a ViewState, by its names.
   struct Edited {
     std::vector<ViewedLight> lights;
-    std::vector<glm::vec3> objects;  // their positions
+    std::vector<MovedObject> objects;  // all others are at home
     std::vector<Emitter> emitters;
     float emission = 1.0f;
     glm::vec3 skyRadiance{0.0f};
@@ -53,6 +63,7 @@ class ViewEdits {
   };
   static Edited editedOf(const ViewState& state);
   static void put(const Edited& edited, ViewState& state);
+  static void follow(const FileParts& before, const FileParts& now, Edited& edited);
 
   EditHistory<Edited> history_;
 };

@@ -33,8 +33,9 @@ struct ViewedLight {
   bool on = true;
   bool orbits = false;   // circles around its home
   glm::vec3 home{0.0f};  // [m]
+  std::size_t id = 0;    // of no other light of the window, now or before (LightEditor::giveIds()); 0 = none yet
 
-  // Whether it is the same to somebody who edits lights: where an orbit has taken one does not count.
+  // Whether it is the same to somebody who edits lights: neither its id nor where an orbit has taken it counts.
   bool operator==(const ViewedLight& other) const;
 };
 

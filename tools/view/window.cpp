@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include "tools/base/printable.h"
+#include "tools/view/key_letters.h"
 #include "tools/view/light_handles.h"
 #include "tools/view/panel.h"
 #include "tools/view/rest.h"
@@ -18,7 +19,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <optional>
 #include <set>
 #include <string>
@@ -31,8 +31,8 @@ namespace {
 struct InputEvent {
   enum class Kind { press, move, release, key, scroll, drop } kind = Kind::move;  // of the left button
   glm::vec2 at{0.0f};                                                             // [pixel]
-  int key = 0, mods = 0;                                                          // GLFW's
-  std::string path{};                                                             // that was dropped
+  int key = 0, mods = 0;                                                          // GLFW's, by lettered()
+  std::vector<std::string> paths{};                                               // that were dropped together
   float notches = 0.0f;                                                           // of the wheel
 };
 
@@ -66,13 +66,15 @@ class Window {
     glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double y) {
       of(w).events_.push_back({InputEvent::Kind::scroll, of(w).mouse_, 0, 0, {}, static_cast<float>(y)});
     });
-    glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int mods) {
-      if (action == GLFW_PRESS) of(w).events_.push_back({InputEvent::Kind::key, {}, key, mods, {}});
+    glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int scancode, int action, int mods) {
+      // Commands go by the letter on the key, flight by where the key is.
+      if (action == GLFW_PRESS)
+        of(w).events_.push_back({InputEvent::Kind::key, {}, lettered(key, glfwGetKeyName(key, scancode)), mods, {}});
       if (action == GLFW_PRESS && (mods & GLFW_MOD_CONTROL) == 0) of(w).held_.insert(key);
       if (action == GLFW_RELEASE) of(w).held_.erase(key);
     });
     glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
-      for (int i = 0; i < count; ++i) of(w).events_.push_back({InputEvent::Kind::drop, {}, 0, 0, paths[i]});
+      of(w).events_.push_back({InputEvent::Kind::drop, {}, 0, 0, {paths, paths + count}});
     });
     ImGui::CreateContext();
     ImGui::GetIO().IniFilename = nullptr;
@@ -160,7 +162,7 @@ void fly(const Window& window, float speed, FlyCamera& camera, float seconds, gl
               glm::vec3(axis(GLFW_KEY_D, GLFW_KEY_A), axis(GLFW_KEY_E, GLFW_KEY_Q), axis(GLFW_KEY_W, GLFW_KEY_S)));
 }
 
-// The command of a key, as keyboards have it.
+// The command of a key, by lettered().
 std::optional<Command> commandOf(int key, int mods) {
   const bool control = (mods & GLFW_MOD_CONTROL) != 0, shift = (mods & GLFW_MOD_SHIFT) != 0;
   if (control) {
@@ -196,7 +198,7 @@ void handle(const InputEvent& event, Session& session) {
     case InputEvent::Kind::release:
       return session.release();
     case InputEvent::Kind::drop:
-      return session.drop(event.path);
+      return session.drop(event.paths);
     case InputEvent::Kind::key:
       // While a text is typed, keys are its own.
       if (const auto command = commandOf(event.key, event.mods); command && !io.WantTextInput) session.run(*command);
@@ -236,17 +238,6 @@ class FirstLight {
   std::vector<std::pair<const char*, double>> steps_;
   bool isTold_ = false;
 };
-
-// "level.glb, level.relume - Relume": what is shown, and what lights it.
-std::string titleOf(const LoadedLevel& level) {
-  const auto nameOf = [](const std::string& path) {
-    return printable(std::filesystem::path(path).filename().string());
-  };
-  const std::string light = !level.isBaked           ? "without a bake"
-                            : level.bakeFile.empty() ? "baked in memory"
-                                                     : nameOf(level.bakeFile);
-  return nameOf(level.sceneFile) + ", " + light + " - Relume";
-}
 
 void loop(Window& window, Session& session, FirstLight& firstLight) {
   double last = glfwGetTime();

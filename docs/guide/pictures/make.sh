@@ -7,7 +7,7 @@ cd "$(dirname "$0")/../../.."
 tools=$PWD/build/release/tools
 relume=$tools/cli/relume
 here=docs/guide/pictures
-rooms=samples/level/two_rooms.glb cabin=samples/blender/cabin.glb thin=samples/blender/cabin_thin.glb
+rooms=samples/level/two_rooms.glb cabin=samples/blender/cabin.glb
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 wanted=("$@")
@@ -16,7 +16,7 @@ wanted=("$@")
 declare -A options=(
   [rooms]="$rooms --preset high" [rooms_draft]="$rooms --preset draft"
   [cabin]="$cabin --preset medium" [cabin_draft]="$cabin --preset draft"
-  [thin_draft]="$thin --preset draft" [few]="$cabin --preset draft --surfels 1000 --lightmap-caches 8000"
+  [few]="$cabin --preset draft --surfels 1000 --lightmap-caches 8000"
 )
 bake() {
   # shellcheck disable=SC2086
@@ -122,8 +122,6 @@ fi
 picture cabin_west cabin --camera cam_west --lights sun,lamp --sky 1,1.3,2
 picture cabin_east cabin --camera cam_east --lights spot,emissive --aov unbounced,full --side-by-side
 # Troubleshooting: what one sees, and the same place mended
-picture leak thin_draft --camera cam_west "${day[@]}" --exposure 0.3
-picture leak_mended cabin_draft --camera cam_west "${day[@]}" --exposure 0.3
 globe=(--eye 6.6,1.5,2.6 --target 7,0.9,0.75 --fov 40 --lights emissive,spot --aov indirect --exposure -0.5)
 picture seam rooms_draft "${globe[@]}"
 picture seam_mended rooms "${globe[@]}"

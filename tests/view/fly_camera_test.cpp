@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// What a flying camera sees is what the level's camera sees that it was taken from.
+#include "tools/view/fly_camera.h"
+
+#include "tools/render/view_options.h"
+
+#include <gtest/gtest.h>
+#include <glm/ext/matrix_clip_space.hpp>
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include <cmath>
+
+namespace relume {
+namespace {
+
+constexpr float kAspect = 1.5f, kNear = 0.1f, kFar = 100.0f;
+constexpr glm::vec3 kEye(23.7f, 11.3f, -41.9f);
+
+// Turned to the left, then raised [rad].
+Camera cameraAt(const glm::vec3& eye, float yaw, float pitch) {
+  Camera camera;
+  camera.toWorld = glm::rotate(glm::rotate(glm::translate(glm::mat4(1.0f), eye), yaw, {0, 1, 0}), pitch, {1, 0, 0});
+  return camera;
+}
+
+glm::mat4 clipOf(const Camera& camera) {
+  return glm::perspective(camera.yfovRad, kAspect, kNear, kFar) * glm::inverse(camera.toWorld);
+}
+
+glm::vec2 pixel(const glm::mat4& clip, const glm::vec3& world) {
+  const glm::vec4 p = clip * glm::vec4(world, 1.0f);
+  return glm::vec2(p) / p.w;
+}
+
+// The largest distance of a point of the view in one from where it is in the other, half the picture's height being 1.
+float distanceOfViews(const Camera& camera, const glm::mat4& clip) {
+  float most = 0.0f;
+  for (const glm::vec3& local :
+       {glm::vec3(0, 0, -5), glm::vec3(2, 1, -5), glm::vec3(-1, 2, -6), glm::vec3(1, -1, -3)}) {
+    const glm::vec3 world(camera.toWorld * glm::vec4(local, 1.0f));
+    const float distance = glm::distance(pixel(clip, world), pixel(clipOf(camera), world));
+    if (!(distance <= most)) most = distance;  // what is no number stays
+  }
+  return most;
+}
+
+TEST(FlyCamera, seesWhatALevelsCameraSees) {
+  for (const float yaw : {0.0f, 0.7f, -2.9f}) {
+    for (const float pitch : {0.0f, 0.4f, -1.5f}) {
+      const Camera camera = cameraAt(kEye, yaw, pitch);
+      EXPECT_LT(distanceOfViews(camera, FlyCamera::from(camera).clipFromWorld(kAspect, kNear, kFar)), 1e-4f)
+          << yaw << " " << pitch;
+    }
+  }
+}
+
+// It looks up and down but for a hundredth of the picture, the same way round.
+TEST(FlyCamera, looksStraightUpAndDown) {
+  for (const float yaw : {0.0f, 0.7f, -2.9f}) {
+    for (const float side : {-1.0f, 1.0f}) {
+      // As a file may have it: no number is rounded.
+      const glm::vec3 right(std::cos(yaw), 0.0f, -std::sin(yaw)), back(0.0f, -side, 0.0f);
+      Camera camera;
+      camera.toWorld =
+          glm::mat4(glm::vec4(right, 0), glm::vec4(glm::cross(back, right), 0), glm::vec4(back, 0), glm::vec4(kEye, 1));
+      FlyCamera fly = FlyCamera::from(camera);
+      EXPECT_LT(distanceOfViews(camera, fly.clipFromWorld(kAspect, kNear, kFar)), 0.05f) << yaw << " " << side;
+      // Pictures of the same view that are traced
+      const Camera traced = lookAt(fly.position, fly.position + fly.forward(), fly.yfovRad);
+      EXPECT_LT(distanceOfViews(traced, fly.clipFromWorld(kAspect, kNear, kFar)), 1e-2f) << yaw << " " << side;
+      fly.turn(0.0f, side);
+      EXPECT_LT(distanceOfViews(camera, fly.clipFromWorld(kAspect, kNear, kFar)), 0.05f) << "and no further";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace relume
