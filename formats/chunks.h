@@ -39,7 +39,8 @@ struct ChunkFileType {
   std::array<std::uint32_t, 3> packedVersions{0, 0, 0};  // whose chunks are coded; 0 = none
 
   bool isPacked(std::uint32_t itsVersion) const {
-    return itsVersion != 0 && std::ranges::find(packedVersions, itsVersion) != packedVersions.end();
+    return itsVersion != 0 &&
+           std::find(packedVersions.begin(), packedVersions.end(), itsVersion) != packedVersions.end();
   }
 };
 inline constexpr ChunkFileType kBakeFileType{

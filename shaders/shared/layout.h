@@ -347,16 +347,16 @@ struct RelumeEmitter {
 
 // std140
 struct RelumeResolve {
-  vec3 gridOriginWorld;     // [m]
-  uint gridBricks;          // first word in the grid's buffer: brick of each cell; kRelumeNone = no bricks
-  vec3 gridSpacing;         // [m]
-  uint gridFine;            // the bricks
-  uvec3 gridResolution;     // 0 = no grid
-  uint gridCaches;          // the caches: 3 + gridDepthWords words each
-  uint gridDepthWords;      // 0 = it is not known how far caches see
-  float gridDepthUnit;      // [m]
-  float gridFinestSpacing;  // [m]
-  uint mapSight;            // first word: Lightmap::sight; kRelumeNone = all points are read where they are
+  vec3 gridOriginWorld;         // [m]
+  uint gridBricks;              // first word in the grid's buffer: brick of each cell; kRelumeNone = no bricks
+  vec3 gridSpacing;             // [m]
+  uint gridFine;                // the bricks
+  uvec3 gridResolution;         // 0 = no grid
+  uint gridCaches;              // the caches: 3 + gridDepthWords words each
+  uint gridDepthWords;          // 0 = it is not known how far caches see
+  float gridDepthUnit;          // [m]
+  float gridFinestSpacing;      // [m]
+  uint mapSight;                // first word: Lightmap::sight; kRelumeNone = all points are read where they are
   vec3 gridTextureSpacing;      // [m]
   uint gridTextureStep;         // texels along z from half to half
   uvec3 gridTextureResolution;  // 0 = no texture

@@ -32,8 +32,8 @@ TEST_F(PackCli, losslessIsTheSameBake) {
   EXPECT_EQ(run({"validate", packed_}).status, 0);
   const auto info = [&](const std::string& file) { return nlohmann::json::parse(run({"info", "--json", file}).out); };
   EXPECT_EQ(info(packed_)["hash"], info(bake_)["hash"]);
-  EXPECT_EQ(info(packed_)["formatVersion"], 7);
-  EXPECT_EQ(info(bake_)["formatVersion"], 6);
+  EXPECT_EQ(info(packed_)["formatVersion"], 9);
+  EXPECT_EQ(info(bake_)["formatVersion"], 8);
   EXPECT_EQ(run({"status", kLevel, packed_}).status, 0);
   const ProgramResult compared = run({"compare", bake_, packed_, "--scene", kLevel, "--max-rmse", "0"});
   EXPECT_EQ(compared.status, 0) << compared.out << compared.err;

@@ -196,7 +196,7 @@ TEST(PackedBake, damageIsRefusedByName) {
       {"reserved bytes are not zero", [](Bytes& f) { putAt<std::uint32_t>(f, 8, 3), putAt<std::uint64_t>(f, 40, 0); }},
       {"header format version: expected 5, of a packed bake without a certificate, found 7",
        [](Bytes& f) { putAt<std::uint32_t>(f, 8, 7); }},
-      {"format version 8, this program reads versions 3 to 7", [](Bytes& f) { putAt<std::uint32_t>(f, 8, 8); }},
+      {"format version 10, this program reads versions 3 to 9", [](Bytes& f) { putAt<std::uint32_t>(f, 8, 10); }},
   };
   for (const Case& damage : list) {
     Bytes file = good;
