@@ -18,8 +18,9 @@ uniform vec3 relumeLiveOrigins[RELUME_LIVE_MAX_VOLUMES];  // as relumeLiveOrigin
 uniform float relumeLiveVoxels[RELUME_LIVE_MAX_VOLUMES];
 uniform uvec3 relumeLiveSizes[RELUME_LIVE_MAX_VOLUMES];
 uniform int relumeLiveLayers[RELUME_LIVE_MAX_VOLUMES];
-// openFaces(); of an outermost that follows the eye all, and behind them is the sky, whose light is cache 0.
-uniform int relumeLiveOpen[RELUME_LIVE_MAX_VOLUMES];
+// VolumeReach of runtime/voxels/voxel_grid.h. Beyond the outermost's is the sky, whose light is cache 0.
+uniform vec3 relumeLiveLows[RELUME_LIVE_MAX_VOLUMES];
+uniform vec3 relumeLiveHighs[RELUME_LIVE_MAX_VOLUMES];
 
 bool relumeLiveIsRead = false;
 
@@ -32,16 +33,12 @@ bool relumeLiveIsPlace(vec3 p) {
   return relumeLiveIsFinite(p) && all(lessThanEqual(abs(p), vec3(RELUME_MAX_COORDINATE)));
 }
 
-// shareOfVolume(). [place: voxels]
+// VolumeReach::share(); past the outermost that volume alone is read, as far as it is. [place: voxels]
 float relumeLiveShare(int volume, vec3 place) {
-  vec3 at = 0.25 * place, size = vec3(relumeLiveSize);
-  if (!(all(greaterThanEqual(at, vec3(0.0))) && all(lessThanEqual(at, size)))) return 0.0;
-  float share = 1.0;
-  for (int k = 0; k < 3; ++k) {
-    if ((relumeLiveOpen[volume] >> k & 1) != 0) share = min(share, at[k] / RELUME_LIVE_BLEND_CELLS);
-    if ((relumeLiveOpen[volume] >> (3 + k) & 1) != 0) share = min(share, (size[k] - at[k]) / RELUME_LIVE_BLEND_CELLS);
-  }
-  return share;
+  bool isWithin = all(greaterThanEqual(place, vec3(0.0))) && all(lessThan(place, 4.0 * vec3(relumeLiveSize)));
+  if (volume > 0 && !isWithin) return 0.0;
+  vec3 within = min(place - relumeLiveLows[volume], relumeLiveHighs[volume] - place);
+  return clamp(min(min(within.x, within.y), within.z) / (4.0 * RELUME_LIVE_BLEND_CELLS), 0.0, 1.0);
 }
 
 void relumeLiveRead(vec3 positionWorld, vec3 n) {
@@ -55,7 +52,7 @@ void relumeLiveRead(vec3 positionWorld, vec3 n) {
     relumeLiveSize = relumeLiveSizes[v];
     relumeLiveLayer = relumeLiveLayers[v];
     vec3 place = (positionWorld - relumeLiveOrigin) / relumeLiveVoxel;
-    float share = rest * (v > 0 || relumeLiveOpen[0] != 0 ? relumeLiveShare(v, place) : 1.0), sum = 0.0;
+    float share = rest * relumeLiveShare(v, place), sum = 0.0;
     if (v == 0) sky = rest - share;
     if (share <= 0.0) continue;
     ivec3 first;

@@ -287,7 +287,8 @@ class Relighter {
   [[nodiscard]] glm::uvec2 lightmapSize() const;
   // Irradiance [W/m²] for each texel's own normal: halves r, g, b, a, rows as the light map's; a is 1 where there is
   // light and 0 where no receiver reads. Sampled bilinearly at Lightmap::cornerUv, it is irradianceOnLightmap() for
-  // receivers with their texels' normals. [Size 4 * width * height]
+  // receivers with their texels' normals, but beside walls, which a filter reads across: Relume's own reads move there
+  // (Lightmap::sight). [Size 4 * width * height]
   [[nodiscard]] Status irradianceMap(std::span<std::uint16_t> rgba16f) const;
   // The same for normals that differ from the texel's (normal maps): four layers of such texels,
   //   E(n) = max(layer_0 + n_x layer_1 + n_y layer_2 + n_z layer_3, 0)

@@ -356,7 +356,8 @@ RELUME_API relume_status relume_glossy_in_grid(const relume_relighter* relighter
 /* Plain results: textures and volumes for shaders that know nothing of caches. `bytes` is the size of the output and
  * must be exact.
  *   relume_irradiance_map      RGBA16F, lightmap_width * lightmap_height texels of 8 bytes: irradiance for each texel's
- *                              own normal; a = 1 where there is light
+ *                              own normal; a = 1 where there is light. Filters read across walls, which
+ *                              relume_irradiance_on_lightmap() does not
  *   relume_irradiance_map_l1   four layers of those: E(n) = max(layer 0 + n.x layer 1 + n.y layer 2 + n.z layer 3, 0)
  *   relume_ambient_volume      6 * 3 floats per point, x fastest: irradiance for +x, -x, +y, -y, +z, -z
  *   relume_cache_coefficients  floats: coefficients_per_cache per cache; see relighter.h */

@@ -3,7 +3,6 @@
 #include "runtime/cones/nested_cones.h"
 
 #include "runtime/cones/cone_march.h"
-#include "runtime/live/nested_caches.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -44,21 +43,8 @@ std::size_t NestedMips::sizeBytes() const {
   return bytes;
 }
 
-float shareOfSample(const VolumeGrid& grid, std::uint32_t open, const glm::vec3& place, float width) {
-  constexpr float kBlend = kBlendCells * float{kBrickSide};  // [voxels]
-  float inside = kBlend;
-  for (int k = 0; k < 3; ++k) {
-    if (open >> k & 1u) inside = std::min(inside, place[k] - width);
-    if (open >> (3 + k) & 1u) inside = std::min(inside, static_cast<float>(grid.voxels()[k]) - place[k] - width);
-  }
-  return std::max(inside / kBlend, 0.0f);
-}
-
 NestedCones::NestedCones(std::span<const VoxelVolume> volumes, std::span<const RadianceMips> mips)
-    : volumes_(volumes), mips_(mips) {
-  for (std::size_t level = 1; level < volumes.size(); ++level)
-    open_[level] = openFaces(volumes[level].grid(), volumes.front().grid(), level);
-}
+    : volumes_(volumes), mips_(mips) {}
 
 ConeLight NestedCones::trace(const Cone& cone) const {
   if (volumes_.size() == 1) return mips_.front().trace(volumes_.front(), cone);
@@ -91,7 +77,7 @@ ConeLight NestedCones::trace(const Cone& cone) const {
       const float own = middle / side;
       const glm::vec3 place =
           origin[level] + own * cone.direction + std::max(0.0f, kConeClear - own * cosine) * cone.normal;
-      const float share = level > 0 ? shareOfSample(volumes_[level].grid(), open_[level], place, width) : 1.0f;
+      const float share = level > 0 ? volumes_[level].reach().share(place, width) : 1.0f;
       if (!(share > 0.0f)) continue;
       const glm::vec4 read = mips_[level].read(volumes_[level], width > 1.0f ? std::log2(width) : 0.0f, place,
                                                cone.direction, own < kConeNear ? &origin[level] : nullptr);

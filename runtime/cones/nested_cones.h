@@ -49,11 +49,6 @@ class NestedCones {
  private:
   std::span<const VoxelVolume> volumes_;
   std::span<const RadianceMips> mips_;
-  std::array<std::uint32_t, kMaxCascades> open_{};  // openFaces()
 };
-
-// The share of a volume in what a sample reads: 1 where it lies well inside, 0 from where it reaches across an open
-// face on. [place, width: voxels]
-float shareOfSample(const VolumeGrid& grid, std::uint32_t open, const glm::vec3& place, float width);
 
 }  // namespace relume

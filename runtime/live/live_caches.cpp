@@ -83,8 +83,8 @@ void LiveCaches::reset() {
   std::fill(isLit_.begin(), isLit_.end(), std::uint8_t{0});
 }
 
-// Take over what has changed of the volume: cells keep their light, those that become active have that of the cache of
-// `around` whose cell they lie in, until they gather.
+// Take over what has changed of the volume: cells keep their light, those that become active go on from that of the
+// cache of `around` whose cell they lie in.
 void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
   const bool stood = volume.standingVersion() == standingVersion_;
   if (stood && volume.movingVersion() == movingVersion_) return;
@@ -97,12 +97,12 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
     std::copy_n(from.coefficients_.begin() + std::ptrdiff_t{kCoefficients} * slot, kCoefficients,
                 coefficients.begin() + static_cast<std::ptrdiff_t>(kCoefficients * to));
     brightest[to] = from.brightest_[slot];
+    isLit[to] = from.isLit_[slot];
   };
   for (std::size_t i = 0; i < cells.active.size(); ++i) {
     const glm::ivec3 cell = cells.grid.cellAt(cells.active[i]);
     if (const std::uint32_t old = slotBefore(cells_, cells, cell); old != kInactive) {
       copy(*this, old, i);
-      isLit[i] = isLit_[old];
     } else if (around != nullptr) {
       if (const std::uint32_t slot = slotAround(around->cells_, cells, cell); slot != kInactive) copy(*around, slot, i);
     }

@@ -14,27 +14,6 @@
 
 namespace relume {
 
-std::uint32_t openFaces(const VolumeGrid& grid, const VolumeGrid& outermost, std::size_t level) {
-  std::uint32_t open = 0;
-  for (int k = 0; k < 3; ++k) {
-    const int low = outermost.shift[k] << level, high = low + (outermost.cells[k] << level);
-    if (grid.shift[k] != low) open |= 1u << k;
-    if (grid.shift[k] + grid.cells[k] != high) open |= 8u << k;
-  }
-  return open;
-}
-
-float shareOfVolume(const VolumeGrid& grid, std::uint32_t open, const glm::vec3& place) {
-  float share = 1.0f;
-  for (int k = 0; k < 3; ++k) {
-    const float at = place[k] / float{kBrickSide}, size = static_cast<float>(grid.cells[k]);
-    if (!(at >= 0.0f && at <= size)) return 0.0f;
-    if (open >> k & 1u) share = std::min(share, at / kBlendCells);
-    if (open >> (3 + k) & 1u) share = std::min(share, (size - at) / kBlendCells);
-  }
-  return share;
-}
-
 CacheSum skySum(const LiveFrame& frame) {
   constexpr std::uint32_t kSkyRays = 256;
   const LiveRays rays = liveRays(kSkyRays, frame);
@@ -75,6 +54,7 @@ Status NestedCaches::update(NestedVolumes& volumes, const LiveFrame& frame) {
   for (std::size_t level = 0; level < caches_.size(); ++level) {
     if (Status ok = caches_[level].gather(volumes[level], frame, volumes.all().first(level)); !ok) return ok;
   }
+  for (std::size_t level = 0; level < caches_.size(); ++level) reach_[level] = volumes[level].reach();
   sky_ = sky;
   return done();
 }
@@ -89,16 +69,13 @@ NestedStencil nestedStencil(std::span<const VolumeCaches> caches, const glm::vec
   NestedStencil found;
   // Of the sky as well, which has no stencil that looks.
   if (!isWithin(positionWorld, kMaxCoordinate) || !(glm::dot(normal, normal) < 4.0f)) return found;
-  const VolumeGrid& outermost = caches.front().cells->grid;
   float rest = 1.0f;
   for (std::size_t level = caches.size(); level-- > 0 && rest > 0.0f;) {
     const VolumeGrid& grid = caches[level].cells->grid;
-    float share = 1.0f;
-    if (level > 0) share = shareOfVolume(grid, openFaces(grid, outermost, level), grid.toGrid(positionWorld));
-    if (level == 0 && grid.roams) {
-      share = shareOfVolume(grid, kAllFaces, grid.toGrid(positionWorld));
-      found.sky = rest * (1.0f - share);
-    }
+    // Past the outermost that volume alone is read, as far as it is.
+    const bool isRead = level == 0 || grid.holdsPlace(positionWorld);
+    const float share = isRead ? caches[level].reach.share(grid.toGrid(positionWorld), 0.0f) : 0.0f;
+    if (level == 0) found.sky = rest * (1.0f - share);
     if (!(share > 0.0f)) continue;
     found.stencil[level] = checkedStencil(*caches[level].cells, positionWorld, normal);
     // Far from surfaces small cells have no caches, and large ones do.
@@ -132,7 +109,7 @@ glm::vec3 nestedIrradiance(std::span<const VolumeCaches> caches, const CacheSum&
 std::array<VolumeCaches, kMaxCascades> NestedCaches::all() const {
   std::array<VolumeCaches, kMaxCascades> all;
   for (std::size_t level = 0; level < caches_.size(); ++level)
-    all[level] = {&caches_[level].cells(), caches_[level].coefficients(), caches_[level].brightest()};
+    all[level] = {&caches_[level].cells(), reach_[level], caches_[level].coefficients(), caches_[level].brightest()};
   return all;
 }
 

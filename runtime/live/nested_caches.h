@@ -20,16 +20,6 @@
 
 namespace relume {
 
-inline constexpr float kBlendCells = 2.0f;  // from a face on, in which a volume takes over from the one around it
-
-// Which faces of a volume have another one behind them: those that are not the outermost's too. Bit k: the lower one of
-// axis k, bit 3 + k: the upper. `level`: the outermost's cells are 2^level as large.
-std::uint32_t openFaces(const VolumeGrid& grid, const VolumeGrid& outermost, std::size_t level);
-inline constexpr std::uint32_t kAllFaces = 63;  // of an outermost that follows the eye: behind them is the sky
-
-// The share of a volume's caches at a place: 1 well inside, 0 at its open faces and outside. [place: voxels]
-float shareOfVolume(const VolumeGrid& grid, std::uint32_t open, const glm::vec3& place);
-
 // What a receiver reads in each volume, from the outermost on. The shares sum to 1, or are 0 where there is no cache.
 struct NestedStencil {
   std::array<CellStencil, kMaxCascades> stencil{};
@@ -40,6 +30,7 @@ struct NestedStencil {
 // Caches of a volume, wherever they were found. [The others: as LiveCaches has them]
 struct VolumeCaches {
   const CellSet* cells = nullptr;
+  VolumeReach reach{};
   std::span<const float> coefficients, brightest;
 };
 // What NestedCaches::stencil() and irradianceBy() say, of volumes from the outermost on. [1 to kMaxCascades]
@@ -68,6 +59,8 @@ class NestedCaches {
   // Of each volume, from the outermost on, as of the last update(); one at least.
   std::size_t size() const { return caches_.size(); }
   const LiveCaches& operator[](std::size_t level) const { return caches_[level]; }
+  const VolumeReach& reach(std::size_t level) const { return reach_[level]; }
+  const CacheSum& sky() const { return sky_; }  // skySum(), where the outermost has it behind its faces
   // Sums over all.
   std::uint32_t activeCells() const;
   std::vector<PassTime> passTimes() const;
@@ -78,7 +71,8 @@ class NestedCaches {
   std::array<VolumeCaches, kMaxCascades> all() const;
 
   std::vector<LiveCaches> caches_;
-  CacheSum sky_;  // as of the last update(), were it all that there is
+  std::array<VolumeReach, kMaxCascades> reach_{};  // of the volumes, as of the last update()
+  CacheSum sky_;                                   // as of the last update(), were it all that there is
 };
 
 }  // namespace relume

@@ -151,6 +151,7 @@ void ConeLevels::follow(std::span<const VoxelVolume> volumes) {
   glm::ivec3 cells(1, 1, 0);
   for (std::size_t l = 0; l < volumes.size(); ++l) {
     Followed& volume = *volumes_[l];
+    volume.reach = volumes[l].reach();
     if (!isSame) volume.found.forget();
     if (!volume.found.isOf(volumes[l])) {
       volume.found.follow(volumes[l]);
@@ -216,7 +217,6 @@ void ConeLevels::bindLevelImage(std::uint32_t level) const {
 // As shaders/lib/cone_volumes.glsl has them.
 void ConeLevels::bindVolumes(const Program& program) const {
   setUniform(gl_, program, "relumeConeVolumes", static_cast<std::uint32_t>(volumes_.size()));
-  const VolumeGrid& outermost = volumes_.front()->found.grid();
   for (std::size_t l = 0; l < volumes_.size(); ++l) {
     const Followed& volume = *volumes_[l];
     const VolumeGrid& grid = volume.found.grid();
@@ -226,7 +226,9 @@ void ConeLevels::bindVolumes(const Program& program) const {
     set("relumeConeCorners", grid.originWorld);
     set("relumeConeEdges", grid.voxel);
     set("relumeConeCells", glm::uvec3(grid.cells));
-    set("relumeConeKinds", glm::uvec3(volume.layer, levels(l), l > 0 ? openFaces(grid, outermost, l) : 0));
+    set("relumeConeLows", volume.reach.low);
+    set("relumeConeHighs", volume.reach.high);
+    set("relumeConeKinds", glm::uvec2(volume.layer, levels(l)));
   }
 }
 

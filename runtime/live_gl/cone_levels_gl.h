@@ -70,6 +70,7 @@ class ConeLevels {
     explicit Followed(const Functions& gl) : sources(gl), list(gl) {}
 
     ConeVolume found;
+    VolumeReach reach;
     GrowingBuffer sources, list;
     std::uint32_t layer = 0;             // of cells
     std::uint32_t first = 0, room = 0;   // of voxels

@@ -267,10 +267,9 @@ void LiveCachesGl::setUniforms(std::uint32_t program) const {
   const State& s = *state_;
   std::array<ResolvedVolume, kMaxCascades> resolved;
   for (std::size_t l = 0; l < s.volumes.size(); ++l) {
-    const VolumeGrid& grid = s.volumes[l].cells.grid;
-    resolved[l] = {grid, s.volumes[l].at.layer, openFaces(grid, s.volumes[0].cells.grid, l)};
+    const FollowedVolume& volume = s.volumes[l];
+    resolved[l] = {volume.cells.grid, volume.at.layer, volume.reach};
   }
-  if (s.volumes.hasSky()) resolved[0].open = kAllFaces;
   setResolvedVolumes(s.gl_, program, s.names.prefix, std::span(resolved).first(s.volumes.size()));
 }
 
@@ -321,7 +320,7 @@ glm::vec3 LiveCachesGl::irradiance(const glm::vec3& positionWorld, const glm::ve
   std::array<VolumeCaches, kMaxCascades> caches;
   for (std::size_t l = 0; l < count; ++l) {
     const FollowedVolume& volume = s.volumes[l];
-    caches[l] = {&volume.cells, std::span(s.coefficients).subspan(3 * kBasis * volume.at.firstCache),
+    caches[l] = {&volume.cells, volume.reach, std::span(s.coefficients).subspan(3 * kBasis * volume.at.firstCache),
                  std::span(s.brightest).subspan(volume.at.firstCache)};
   }
   const std::span<const VolumeCaches> all(caches.data(), count);

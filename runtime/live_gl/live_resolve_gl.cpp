@@ -144,7 +144,9 @@ void setResolvedVolumes(const gl::Functions& gl, std::uint32_t program, const st
     gl.ProgramUniform1f(program, location("Voxels" + element), volume.grid.voxel);
     gl.ProgramUniform3ui(program, location("Sizes" + element), size.x, size.y, size.z);
     gl.ProgramUniform1i(program, location("Layers" + element), volume.layer);
-    gl.ProgramUniform1i(program, location("Open" + element), static_cast<GLint>(volume.open));
+    const VolumeReach& reach = volume.reach;
+    gl.ProgramUniform3f(program, location("Lows" + element), reach.low.x, reach.low.y, reach.low.z);
+    gl.ProgramUniform3f(program, location("Highs" + element), reach.high.x, reach.high.y, reach.high.z);
   }
 }
 

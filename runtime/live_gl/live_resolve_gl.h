@@ -20,8 +20,8 @@ struct Functions;
 // A volume as the text reads it.
 struct ResolvedVolume {
   VolumeGrid grid;
-  int layer = 0;           // of the cells' texture, at which its own begin
-  std::uint32_t open = 0;  // openFaces(); of the outermost: kAllFaces where cache 0 is the sky's light, else 0
+  int layer = 0;  // of the cells' texture, at which its own begin
+  VolumeReach reach;
 };
 
 // usage: a prefix that GLSL's names cannot begin with, two units that are the same, one that OpenGL does not have.

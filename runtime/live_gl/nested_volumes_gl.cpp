@@ -17,8 +17,6 @@
 namespace relume::gl {
 namespace {
 
-constexpr std::uint32_t kBegins = 0x80000000u;  // live_carry.comp
-
 std::uint32_t rowsOf(std::size_t items, std::uint32_t aRow) {
   return static_cast<std::uint32_t>((items + aRow - 1) / aRow);
 }
@@ -113,8 +111,8 @@ std::vector<SharedPlaces> NestedVolumesGl::placesOf(std::span<const VoxelVolume>
   return places;
 }
 
-// [Size slots] The slot that each cache has now, as live_carry.comp reads it: its own, or with kBegins that of the
-// cache of the volume around it whose cell it lies in.
+// [Size slots] The slot that each cache has now, as live_carry.comp reads it: its own, or that of the cache of the
+// volume around it whose cell it lies in.
 std::vector<std::uint32_t> NestedVolumesGl::slotsBefore(std::span<const VoxelVolume> volumes,
                                                         const std::vector<Next>& next,
                                                         const std::vector<SharedPlaces>& places) const {
@@ -132,7 +130,7 @@ std::vector<std::uint32_t> NestedVolumesGl::slotsBefore(std::span<const VoxelVol
         slot = volumes_[l]->at.firstCache + own;
       } else if (around != nullptr) {
         const std::uint32_t outer = slotAround(*around, cells, cell);
-        if (outer != kInactive) slot = from[places[l - 1].firstCache + outer] | kBegins;
+        if (outer != kInactive) slot = from[places[l - 1].firstCache + outer];
       }
     }
     around = &cells;
@@ -214,7 +212,10 @@ Status NestedVolumesGl::follow(std::span<const VoxelVolume> volumes) {
   const auto isOf = [&](std::size_t l) { return l < size() && volumes_[l]->isOf(volumes[l]); };
   bool isSame = size() == volumes.size();
   for (std::size_t l = 0; isSame && l < volumes.size(); ++l) isSame = isOf(l);
-  if (isSame) return done();
+  if (isSame) {
+    for (std::size_t l = 0; l < volumes.size(); ++l) volumes_[l]->reach = volumes[l].reach();
+    return done();
+  }
   if (Status ok = checkSize(volumes); !ok) return ok;
 
   // 1. Cells, and where all goes
@@ -262,6 +263,7 @@ Status NestedVolumesGl::follow(std::span<const VoxelVolume> volumes) {
     isDirty[l] = hasChanged || isMoved || isElsewhere ? 1 : 0;
     isLost = isLost || isMoved;
     volume.at = places[l];
+    volume.reach = volumes[l].reach();
     if (isDirty[l] != 0) volume.standingVersion = volume.movingVersion = 0;
     if (!hasChanged) continue;
     volume.cells = std::move(*next[l].cells);

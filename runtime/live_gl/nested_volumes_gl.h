@@ -49,6 +49,7 @@ struct FollowedVolume {
   glm::uvec2 ends() const { return at.firstVoxel + glm::uvec2(standingKept, sides.count() / 2); }
 
   CellSet cells;
+  VolumeReach reach;
   SharedPlaces at;
   LitSides sides;
   GrowingBuffer stencils;  // live_stencils.comp

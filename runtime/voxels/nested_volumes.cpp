@@ -32,16 +32,30 @@ VolumeGrid halfOf(const VolumeGrid& outer, std::uint32_t cells) {
   return shifted(grid, 2 * outer.shift);
 }
 
+constexpr double kNear = 0.75;  // [cells] how far the eye goes from the middle of a volume before that follows
+
+// Where a grid would begin whose middle is the eye. [cells from the corner that stays]
+glm::dvec3 aboutEye(const VolumeGrid& grid, const glm::vec3& eyeWorld) {
+  return (glm::dvec3(eyeWorld) - glm::dvec3(grid.anchor())) / double{grid.cell()} - 0.5 * glm::dvec3(grid.cells);
+}
+
 // The shift of a grid whose middle is nearest to the eye, unless it is near enough where it is.
 glm::ivec3 follow(const VolumeGrid& grid, const glm::vec3& eyeWorld, bool isNew) {
-  constexpr double kNear = 0.75, kFarthest = 1 << 18;  // [cells] places then keep three bits below a voxel
-  const glm::dvec3 eye = (glm::dvec3(eyeWorld) - glm::dvec3(grid.anchor())) / double{grid.cell()};
+  constexpr double kFarthest = 1 << 18;  // [cells] places then keep three bits below a voxel
+  const glm::dvec3 wanted = glm::clamp(aboutEye(grid, eyeWorld), -kFarthest, kFarthest);
   glm::ivec3 shift = grid.shift;
   for (int k = 0; k < 3; ++k) {
-    const double wanted = std::clamp(eye[k] - 0.5 * grid.cells[k], -kFarthest, kFarthest);
-    if (isNew || std::abs(wanted - shift[k]) > kNear) shift[k] = static_cast<int>(std::floor(wanted + 0.5));
+    if (isNew || std::abs(wanted[k] - shift[k]) > kNear) shift[k] = static_cast<int>(std::floor(wanted[k] + 0.5));
   }
   return shift;
+}
+
+// How far within the outermost's face a volume is read from, where its own face would be so far within that if it
+// followed the eye without a step: kNear within its own, and past the outermost's once both faces are one. [cells]
+double readFrom(double within) {
+  constexpr double kOnTheWay = 1.5;  // of a cell that the volume moves
+  const double near = within + kNear;
+  return near >= 1.0 ? near : std::max(1.0 - kOnTheWay * (1.0 - near), -double{kBlendCells});
 }
 
 // Where it begins so that all of it lies in the outermost, whose cells are 2^level as large.
@@ -56,6 +70,7 @@ glm::ivec3 keepWithin(const VolumeGrid& outermost, std::size_t level, const glm:
 
 NestedVolumes::NestedVolumes(VoxelVolume only) : voxeliseMs_(only.passTimes()[0].ms) {
   volumes_.push_back(std::move(only));
+  findReach();
 }
 
 Result<NestedVolumes> NestedVolumes::create(const VoxelGeometry& geometry, const NestedOptions& options) {
@@ -75,16 +90,17 @@ Result<NestedVolumes> NestedVolumes::create(const VoxelGeometry& geometry, const
       if (Result<bool> moved = nested.centre(*options.eyeWorld); !moved) return moved.error();
     }
     const VolumeGrid outermost = nested.outermost().grid();
-    const glm::vec3 middle = outermost.toWorld(0.5f * glm::vec3(outermost.voxels()));
+    nested.eyeWorld_ = options.eyeWorld.value_or(outermost.toWorld(0.5f * glm::vec3(outermost.voxels())));
     for (std::uint32_t level = 1; level < options.cascades; ++level) {
       VolumeGrid grid = halfOf(nested.volumes_.back().grid(), options.outermost.cells);
-      const glm::ivec3 wanted = follow(grid, options.eyeWorld.value_or(middle), true);
+      const glm::ivec3 wanted = follow(grid, nested.eyeWorld_, true);
       Result<VoxelVolume> inner =
           nested.outermost().over(shifted(grid, keepWithin(outermost, level, grid.cells, wanted)));
       if (!inner) return inner.error();
       nested.voxeliseMs_ += inner->passTimes()[0].ms;
       nested.volumes_.push_back(std::move(*inner));
     }
+    nested.findReach();
     return nested;
   } catch (const std::bad_alloc&) {
     return noMemoryForVoxels();
@@ -171,9 +187,39 @@ Result<bool> NestedVolumes::centre(const glm::vec3& eyeWorld) {
       volumes_[level].take(std::move(change));
       if (level < isLit_.size()) isLit_[level] = 0;
     }
+    eyeWorld_ = eyeWorld;
+    findReach();
     return !changes.empty();
   } catch (const std::bad_alloc&) {
     return noMemoryForVoxels();
+  }
+}
+
+// Which the faces of the volumes would be if they followed the eye without a step.
+void NestedVolumes::findReach() {
+  const VolumeGrid box = outermost().grid();
+  for (std::size_t level = 0; level < volumes_.size(); ++level) {
+    const VolumeGrid& grid = volumes_[level].grid();
+    const glm::dvec3 wanted = aboutEye(grid, eyeWorld_);
+    VolumeReach reach;
+    for (int k = 0; k < 3; ++k) {
+      // [cells from the corner that stays]
+      const double boxLow = box.shift[k] * (1 << level), boxHigh = boxLow + box.cells[k] * (1 << level),
+                   size = grid.cells[k];
+      double low = boxLow, high = boxHigh;
+      if (level > 0 && size < boxHigh - boxLow) {
+        low += readFrom(std::min(wanted[k], boxHigh - size) - boxLow);
+        high -= readFrom(boxHigh - size - std::max(wanted[k], boxLow));
+      } else if (level == 0 && boxFollowsEye_) {
+        low = wanted[k] + kNear;
+        high = wanted[k] + size - kNear;
+      } else if (level > 0 || !grid.roams) {
+        continue;
+      }
+      reach.low[k] = static_cast<float>(kBrickSide * (low - grid.shift[k]));
+      reach.high[k] = static_cast<float>(kBrickSide * (high - grid.shift[k]));
+    }
+    volumes_[level].setReach(reach);
   }
 }
 

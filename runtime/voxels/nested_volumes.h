@@ -3,7 +3,8 @@
 // near the eye, and large ones all around (CRC, Vardis et al. 2014, Section 7: cascades).
 //
 // All count their cells from one corner, the outermost one's first. They follow the eye in whole cells of their own and
-// stay within the outermost, so that the faces of each lie between voxels of the next.
+// stay within the outermost, so that the faces of each lie between voxels of the next. Where each is read from follows
+// the eye without a step (VolumeReach).
 #pragma once
 
 #include "relume/lights.h"
@@ -71,9 +72,12 @@ class NestedVolumes {
   const ParallelFor& parallelFor() const { return volumes_.front().parallelFor(); }
 
  private:
+  void findReach();
+
   std::vector<VoxelVolume> volumes_;
   std::vector<std::uint8_t> isLit_;  // [Size 0 or volumes] directly, as they are now
   bool boxFollowsEye_ = false;
+  glm::vec3 eyeWorld_{0.0f};                  // as of the last centre()
   double voxeliseMs_ = 0.0, directMs_ = 0.0;  // of the last create(), edit() or centre(); of the last direct light
 };
 

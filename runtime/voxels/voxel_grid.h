@@ -70,6 +70,21 @@ struct VolumeGrid {
   }
 };
 
+// Where a volume that lies in another is read, by receivers and by cones: from these faces on, and wholly from
+// kBlendCells within them on. They end within the volume, or lie far out where nothing takes over. [voxels of the
+// volume]
+inline constexpr float kBlendCells = 2.0f;
+struct VolumeReach {
+  glm::vec3 low{-1e9f}, high{1e9f};
+
+  // The share of the volume for what reaches so far about a place: 0 from the faces on, 1 well within. [voxels]
+  float share(const glm::vec3& place, float about) const {
+    const glm::vec3 within = glm::min(place - low, high - place);
+    constexpr float kBlend = kBlendCells * float{kBrickSide};
+    return std::clamp((std::min({within.x, within.y, within.z}) - about) / kBlend, 0.0f, 1.0f);
+  }
+};
+
 // The grid where it begins so many cells from the corner that stays.
 inline VolumeGrid shifted(const VolumeGrid& grid, const glm::ivec3& shift) {
   VolumeGrid moved = grid;

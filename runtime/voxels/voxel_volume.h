@@ -115,6 +115,9 @@ class VoxelVolume {
   glm::vec3 radianceOf(std::uint32_t side) const { return joined_.radiance[side / 2].of(side); }
 
   const VolumeGrid& grid() const { return grid_; }
+  // As NestedVolumes has it; all of a volume alone.
+  const VolumeReach& reach() const { return reach_; }
+  void setReach(const VolumeReach& reach) { reach_ = reach; }
   // Bits of what stands and of what moves. [Size cells]
   std::span<const std::uint64_t> bits() const { return hasMoving() ? joined_.bits : standing_->bits; }
   // The same of voxels that have sub-voxels, which is where rays may end. [Size cells]
@@ -261,6 +264,7 @@ class VoxelVolume {
   Joined join(const VoxelLayer& standing, const VoxelLayer& moving, std::size_t kept) const;
 
   VolumeGrid grid_;
+  VolumeReach reach_;
   std::shared_ptr<const PackedGeometry> geometry_;  // which copies share
   std::vector<Part> parts_;
   std::uint32_t surfaceBudget_ = 0;  // as VoxelOptions has it

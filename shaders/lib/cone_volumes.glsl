@@ -5,7 +5,9 @@ uniform uint relumeConeVolumes;                           // how many there are
 uniform vec3 relumeConeCorners[RELUME_LIVE_MAX_VOLUMES];  // [m] of voxel (0, 0, 0)
 uniform float relumeConeEdges[RELUME_LIVE_MAX_VOLUMES];   // [m] of a voxel
 uniform uvec3 relumeConeCells[RELUME_LIVE_MAX_VOLUMES];   // how many
-uniform uvec3 relumeConeKinds[RELUME_LIVE_MAX_VOLUMES];   // layer of cells; levels above the voxels; open faces
+uniform uvec2 relumeConeKinds[RELUME_LIVE_MAX_VOLUMES];   // layer of cells; levels above the voxels
+uniform vec3 relumeConeLows[RELUME_LIVE_MAX_VOLUMES];     // VolumeReach of runtime/voxels/voxel_grid.h
+uniform vec3 relumeConeHighs[RELUME_LIVE_MAX_VOLUMES];
 // Of each level of each along z, of level 1 in its own texture.
 uniform uint relumeConeOffset[RELUME_LIVE_MAX_VOLUMES * RELUME_CONE_MAX_LEVELS];
 
@@ -26,13 +28,8 @@ float relumeConeAlongZ(int level) {
 
 vec3 relumeConeOrigin(vec3 world) { return world; }
 
-// shareOfSample() of runtime/cones/nested_cones.h.
+// VolumeReach::share().
 float relumeConeShare(vec3 place, float width) {
-  uint open = relumeConeKinds[relumeConeVolume].z;
-  float blend = 4.0 * RELUME_LIVE_BLEND_CELLS, inside = blend;
-  for (int k = 0; k < 3; ++k) {
-    if ((open >> k & 1u) != 0u) inside = min(inside, place[k] - width);
-    if ((open >> (3 + k) & 1u) != 0u) inside = min(inside, 4.0 * float(relumeLiveSize[k]) - place[k] - width);
-  }
-  return max(inside / blend, 0.0);
+  vec3 within = min(place - relumeConeLows[relumeConeVolume], relumeConeHighs[relumeConeVolume] - place) - width;
+  return clamp(min(min(within.x, within.y), within.z) / (4.0 * RELUME_LIVE_BLEND_CELLS), 0.0, 1.0);
 }

@@ -19,7 +19,7 @@ void relumeLiveClear() {
 void relumeLiveAdd(uint slot, float weight) {
   ivec2 at = relumeLiveCacheAt(slot);
   vec4 last = texelFetch(relumeLiveLight, at + ivec2(6, 0), 0);
-  relumeLiveMost = max(relumeLiveMost, abs(last.w));
+  relumeLiveMost = max(relumeLiveMost, last.w);
   for (int k = 0; k < 6; ++k) relumeLiveSum[k] += weight * texelFetch(relumeLiveLight, at + ivec2(k, 0), 0);
   relumeLiveSum[6] += weight * last;
 }

@@ -163,15 +163,13 @@ TEST(NestedCones, wideSamplesTakeTheOuterVolumeEarlier) {
   VoxelLevel level;
   level.addBox(kLow, kHigh, true);
   const NestedRoom room(level, nestedAbout(2, kCells, kLow, kHigh, {0, 0, 0}), albedoOfLitSide);
-  const VolumeGrid& grid = room.volumes[1].grid();
-  const std::uint32_t all = 63;
-  const glm::vec3 middle(0.5f * glm::vec3(grid.voxels()));
-  EXPECT_EQ(shareOfSample(grid, all, middle, 1.0f), 1.0f);
-  EXPECT_EQ(shareOfSample(grid, all, {9.0f, middle.y, middle.z}, 1.0f), 1.0f);
-  EXPECT_EQ(shareOfSample(grid, all, {9.0f, middle.y, middle.z}, 5.0f), 0.5f);
-  EXPECT_EQ(shareOfSample(grid, all, {9.0f, middle.y, middle.z}, 9.0f), 0.0f);
-  EXPECT_EQ(shareOfSample(grid, all, {-3.0f, middle.y, middle.z}, 1.0f), 0.0f);
-  EXPECT_EQ(shareOfSample(grid, all & ~1u, {-0.5f, middle.y, middle.z}, 1.0f), 1.0f);
+  const VolumeReach& reach = room.volumes[1].reach();
+  const glm::vec3 middle(0.5f * glm::vec3(room.volumes[1].grid().voxels()));
+  EXPECT_EQ(reach.share(middle, 1.0f), 1.0f);
+  EXPECT_EQ(reach.share({reach.low.x + 9.0f, middle.y, middle.z}, 1.0f), 1.0f);
+  EXPECT_EQ(reach.share({reach.low.x + 9.0f, middle.y, middle.z}, 5.0f), 0.5f);
+  EXPECT_EQ(reach.share({reach.low.x + 9.0f, middle.y, middle.z}, 9.0f), 0.0f);
+  EXPECT_EQ(reach.share({reach.low.x - 3.0f, middle.y, middle.z}, 1.0f), 0.0f);
 }
 
 TEST(NestedCones, aConeOfNonsenseFindsNothing) {

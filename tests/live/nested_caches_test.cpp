@@ -256,6 +256,32 @@ TEST(NestedCaches, lightComesBackWithTheEye) {
   }
 }
 
+// Light that has settled stays as steady where volumes take over from one another as elsewhere, while the eye walks.
+TEST(NestedCaches, noReceiverJumpsWhileTheEyeWalks) {
+  VoxelLevel level = litHall();
+  NestedVolumes volumes = nestedOf(level, 3, 16, glm::vec3(5, 2, 3));
+  NestedCaches live = nestedLight(32);
+  for (int f = 0; f < 30; ++f) ASSERT_TRUE(live.update(volumes, {}));
+  std::vector<float> before;
+  float largest = 0.0f;
+  int moved = 0;
+  for (int f = 0; f < 60; ++f) {
+    const Result<bool> now = volumes.centre({5.0f + 0.03f * static_cast<float>(f), 2, 3});
+    ASSERT_TRUE(now);
+    moved += *now ? 1 : 0;
+    LiveFrame frame;
+    frame.keep = 0.9f;
+    ASSERT_TRUE(live.update(volumes, frame));
+    std::vector<float> light;
+    for (float x = 0.5f; x < 23.5f; x += 0.07f) light.push_back(live.irradiance({x, 0, 1.7f}, {0, 1, 0}).x);
+    for (std::size_t i = 0; i < before.size(); ++i)
+      largest = std::max(largest, std::abs(light[i] - before[i]) / before[i]);
+    before = light;
+  }
+  EXPECT_GT(moved, 4);
+  EXPECT_LT(largest, 0.03f);
+}
+
 // What stays in the volume keeps its light to the bit; what has entered has some at once.
 TEST(NestedCaches, aMoveKeepsWhatStays) {
   VoxelLevel level = litHall();

@@ -171,6 +171,48 @@ TEST(NestedVolumes, aBoxThatFollowsTheEyeIsThatCreatedThere) {
   EXPECT_GT(walked[0].stats().occupied, 500u);
 }
 
+// Where volumes are read from follows the eye without a step, within each volume but for faces that are the
+// outermost's.
+TEST(NestedVolumes, theirReachFollowsTheEyeWithoutAStep) {
+  constexpr float kStep = 0.02f;  // [m]
+  for (const bool boxFollowsEye : {false, true}) {
+    VoxelLevel level = hall();
+    NestedOptions options = nested(3);
+    options.boxFollowsEye = boxFollowsEye;
+    if (boxFollowsEye) options.outermost.boxMax = glm::vec3(16.0f);
+    options.eyeWorld = glm::vec3(-3, 3, 5);
+    NestedVolumes volumes = made(level, options);
+    int moves = 0, shrunk = 0;
+    std::vector<VolumeReach> before(3);
+    for (float x = -3.0f; x < 40.0f; x += kStep) {
+      const Result<bool> moved = volumes.centre({x, 3, 5});
+      ASSERT_TRUE(moved);
+      moves += *moved ? 1 : 0;
+      for (std::size_t l = 0; l < 3; ++l) {
+        const VolumeGrid &grid = volumes[l].grid(), &box = volumes.outermost().grid();
+        const VolumeReach& reach = volumes[l].reach();
+        const VolumeReach world{grid.toWorld(reach.low), grid.toWorld(reach.high)};
+        if (x > -3.0f && std::abs(reach.low.x) < 1e6f) {
+          EXPECT_LE(std::abs(world.low.x - before[l].low.x), 1.6f * kStep) << l << ' ' << x;
+          EXPECT_LE(std::abs(world.high.x - before[l].high.x), 1.6f * kStep) << l << ' ' << x;
+        }
+        before[l] = world;
+        const bool endsAtLow = grid.shift.x == box.shift.x << l && !boxFollowsEye,
+                   endsAtHigh = grid.shift.x + grid.cells.x == (box.shift.x + box.cells.x) << l && !boxFollowsEye;
+        EXPECT_TRUE(endsAtLow || reach.low.x > -1e-3f) << l << ' ' << x;
+        EXPECT_TRUE(endsAtHigh || reach.high.x < static_cast<float>(grid.voxels().x) + 1e-3f) << l << ' ' << x;
+        EXPECT_GT(reach.high.x - reach.low.x, 0.6f * static_cast<float>(grid.voxels().x)) << l << ' ' << x;
+        shrunk += reach.low.x > 0.0f && reach.high.x < static_cast<float>(grid.voxels().x) ? 1 : 0;
+      }
+    }
+    EXPECT_GT(moves, 25);
+    EXPECT_GT(shrunk, 1000);
+  }
+  VoxelLevel level = hall();
+  const NestedVolumes one = made(level, nested(1));
+  EXPECT_EQ(one.outermost().reach().share({-100.0f, 2.0f, 2.0f}, 0.0f), 1.0f) << "nothing takes over";
+}
+
 TEST(NestedVolumes, whatIsRefusedChangesNothing) {
   VoxelLevel level = hall();
   NestedVolumes volumes = made(level, nested(2));

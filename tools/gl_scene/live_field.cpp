@@ -8,6 +8,7 @@
 #include <glm/gtc/type_ptr.hpp>
 
 #include <algorithm>
+#include <span>
 #include <string>
 
 namespace relume {
@@ -37,17 +38,18 @@ std::uint32_t rowsOf(std::size_t items, std::uint32_t aRow) {
 
 namespace {
 
-void addLight(const LiveCaches& light, LiveTexels& texels) {
-  const std::size_t first = texels.light.size();
-  texels.light.resize(first + light.activeCells());
-  for (std::size_t i = 0; i < light.activeCells(); ++i) {
-    const float* const from = light.coefficients().data() + 3 * kCoefficients * i;
-    float* const to = glm::value_ptr(texels.light[first + i][0]);
-    for (std::uint32_t k = 0; k < kCoefficients; ++k) {
-      for (std::uint32_t c = 0; c < 3; ++c) to[3 * k + c] = from[kCoefficients * c + k];
-    }
-    to[3 * kCoefficients] = light.brightest()[i];
+void addCache(std::span<const float> coefficients, float brightest, LiveTexels& texels) {
+  float* const to = glm::value_ptr(texels.light.emplace_back()[0]);
+  for (std::uint32_t k = 0; k < kCoefficients; ++k) {
+    for (std::uint32_t c = 0; c < 3; ++c) to[3 * k + c] = coefficients[kCoefficients * c + k];
   }
+  to[3 * kCoefficients] = brightest;
+}
+
+void addLight(const LiveCaches& light, LiveTexels& texels) {
+  constexpr std::size_t kOfCache = 3 * kCoefficients;
+  for (std::size_t i = 0; i < light.activeCells(); ++i)
+    addCache(light.coefficients().subspan(kOfCache * i, kOfCache), light.brightest()[i], texels);
 }
 
 // Where the volume's layers are in the texture, which is as wide as the widest of all.
@@ -73,12 +75,13 @@ LiveTexels texelsOf(const NestedCaches& light) {
   texels.size.z = 0;
   for (std::size_t level = 0; level < light.size(); ++level) {
     const VolumeGrid& grid = light[level].cells().grid;
-    texels.volumes.push_back({grid, texels.size.z, openFaces(grid, light[0].cells().grid, level)});
+    texels.volumes.push_back({grid, texels.size.z, light.reach(level)});
     texels.size = {std::max(texels.size.x, grid.cells.x), std::max(texels.size.y, grid.cells.y),
                    texels.size.z + grid.cells.z};
   }
   texels.cell.assign(static_cast<std::size_t>(texels.size.x * texels.size.y * texels.size.z),
                      glm::uvec4(0, 0, 0, kInactive));
+  if (light[0].cells().grid.roams) addCache(light.sky().coefficients, light.sky().brightest, texels);
   for (std::size_t level = 0; level < light.size(); ++level) {
     addCells(light[level].cells(), texels.volumes[level], texels);
     addLight(light[level], texels);
@@ -141,7 +144,9 @@ void LiveField::setUniforms(GLuint program) const {
     glProgramUniform1f(program, element("Voxels"), volume.grid.voxel);
     glProgramUniform3ui(program, element("Sizes"), size.x, size.y, size.z);
     glProgramUniform1i(program, element("Layers"), volume.layer);
-    glProgramUniform1i(program, element("Open"), static_cast<GLint>(volume.open));
+    const VolumeReach& reach = volume.reach;
+    glProgramUniform3f(program, element("Lows"), reach.low.x, reach.low.y, reach.low.z);
+    glProgramUniform3f(program, element("Highs"), reach.high.x, reach.high.y, reach.high.z);
   }
 }
 

@@ -17,12 +17,13 @@ namespace relume {
 
 // What the textures hold, copied so that another thread may go on with the light.
 struct LiveTexels {
-  std::vector<ResolvedVolume> volumes;          // from the outermost on
-  glm::ivec3 size{1};                           // of the cells' texture
-  std::vector<glm::uvec4> cell;                 // cellTexels() of all, numbers and slots counted through
-  std::vector<glm::uvec4> subVoxels;            // subVoxelTexels() of all
-  std::vector<std::array<glm::vec4, 7>> light;  // [Size caches] red, green and blue of nine coefficients, one after
-                                                // the other, then the brightest ray's largest channel [W/m²/sr]
+  std::vector<ResolvedVolume> volumes;  // from the outermost on
+  glm::ivec3 size{1};                   // of the cells' texture
+  std::vector<glm::uvec4> cell;         // cellTexels() of all, numbers and slots counted through
+  std::vector<glm::uvec4> subVoxels;    // subVoxelTexels() of all
+  std::vector<std::array<glm::vec4, 7>>
+      light;  // [Size caches, before them the sky's as shaders read it] red, green and blue of nine coefficients, one
+              // after the other, then the brightest ray's largest channel [W/m²/sr]
 };
 LiveTexels texelsOf(const NestedCaches& light);
 
