@@ -84,10 +84,10 @@ void LiveCaches::reset() {
 }
 
 // Take over what has changed of the volume: cells keep their light, those that become active go on from that of the
-// cache of `around` whose cell they lie in.
-void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
+// cache of `around` whose cell they lie in. Returns whether anything has.
+bool LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
   const bool stood = volume.standingVersion() == standingVersion_;
-  if (stood && volume.movingVersion() == movingVersion_) return;
+  if (stood && volume.movingVersion() == movingVersion_) return false;
   ChangedCells found = findChangedCells(volume, cells_);
   CellSet& cells = found.cells;
   std::vector<float> coefficients(std::size_t{kCoefficients} * cells.active.size(), 0.0f),
@@ -133,6 +133,7 @@ void LiveCaches::follow(const VoxelVolume& volume, const LiveCaches* around) {
   moving_ = std::move(moving);
   standingVersion_ = volume.standingVersion();
   movingVersion_ = volume.movingVersion();
+  return true;
 }
 
 Status LiveCaches::gather(const VoxelVolume& volume, const LiveFrame& frame, std::span<const VoxelVolume> beyond) {
@@ -174,9 +175,10 @@ Status LiveCaches::reflect(VoxelVolume& volume, const LiveFrame& frame, const Li
   if (Status ok = checkLiveFrame(frame); !ok) return ok;
   try {
     Stopwatch watch;
-    follow(volume, around);
+    const bool hasChanged = follow(volume, around);
     cellsMs_ = watch.lap();
-    if (!frame.freezeVoxels) {
+    // Sides that are new have no radiance to freeze.
+    if (!frame.freezeVoxels || hasChanged) {
       VoxelVolume::SideIrradiance bounced;
       if (frame.bounceScale > 0.0f)
         bounced = [&](const SideAt& at) {

@@ -75,7 +75,7 @@ class LiveCaches {
 
  private:
   explicit LiveCaches(const LiveOptions& options) : options_(options) {}
-  void follow(const VoxelVolume& volume, const LiveCaches* around);
+  bool follow(const VoxelVolume& volume, const LiveCaches* around);
 
   LiveOptions options_;
   CellSet cells_;

@@ -220,8 +220,10 @@ Status LiveCachesGl::update(VolumeRange volumes, const LiveFrame& frame) {
     s.writeRays(frame);
     s.cellsMs = std::exchange(s.followMs, 0.0);
     s.timer.mark(0);
-    if (s.volumes.lostRadiance() || !frame.freezeVoxels) {
-      for (std::size_t l = 0; l < volumes.size(); ++l) s.reflect(s.volumes[l], frame);
+    for (std::size_t l = 0; l < volumes.size(); ++l) {
+      // Sides that are new have no radiance to freeze.
+      const bool isNew = std::exchange(s.volumes[l].lostRadiance, false);
+      if (!frame.freezeVoxels || isNew) s.reflect(s.volumes[l], frame);
     }
     s.waitForAll();
     s.timer.mark(1);

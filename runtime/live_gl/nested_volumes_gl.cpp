@@ -253,7 +253,7 @@ Status NestedVolumesGl::follow(std::span<const VoxelVolume> volumes) {
   bool isLost = volumes_.front()->sides.reserveRows(sides);
   volumes_.resize(volumes.size());
   hasSky_ = volumes.front().grid().roams;
-  const bool wasLit = std::exchange(follows_, true);
+  follows_ = true;
 
   // Light is at the new slots: so are the cells from here on, and what is not there yet when memory runs out is not
   // followed.
@@ -270,7 +270,8 @@ Status NestedVolumesGl::follow(std::span<const VoxelVolume> volumes) {
     volume.standingKept = volumes[l].standing().kept;
     volume.moves = volumes[l].hasMoving();
   }
-  lostRadiance_ = lostRadiance_ || (wasLit && isLost);
+  for (std::size_t l = 0; l < volumes.size(); ++l)
+    volumes_[l]->lostRadiance = volumes_[l]->lostRadiance || isLost || next[l].cells;
 
   // 3. What has changed, or is elsewhere
   for (std::size_t l = 0; l < volumes.size(); ++l) {

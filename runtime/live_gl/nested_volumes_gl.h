@@ -55,7 +55,8 @@ struct FollowedVolume {
   GrowingBuffer stencils;  // live_stencils.comp
   std::uint64_t standingVersion = 0, movingVersion = 0;
   std::uint32_t standingKept = 0;
-  bool moves = false;  // something does
+  bool moves = false;          // something does
+  bool lostRadiance = false;  // none is there of some of its sides, until the next reflect()
 };
 
 class NestedVolumesGl {
@@ -81,8 +82,6 @@ class NestedVolumesGl {
   // The sky's share where the outermost follows the eye has a slot of its own, before all caches.
   bool hasSky() const { return hasSky_; }
   void writeSky(const CacheSum& sky);
-  // Since the last call the texture of radiance has become another: none is there of sides that have not changed.
-  bool lostRadiance() { return std::exchange(lostRadiance_, false); }
 
   const CellTexture& cells() const { return cells_; }                    // cellTexels(), counted through
   const GrowingRows& subVoxelTexels() const { return subVoxelTexels_; }  // of these
@@ -115,7 +114,7 @@ class NestedVolumesGl {
   CellTexture cells_, standing_, moving_;
   GrowingRows subVoxelTexels_, light_, otherLight_;
   GrowingBuffer cacheVoxels_, rayCells_, subVoxels_, carried_;
-  bool hasSky_ = false, lostRadiance_ = false;
+  bool hasSky_ = false;
 };
 
 }  // namespace relume::gl

@@ -156,6 +156,53 @@ TEST_F(LiveLights, bothBackendsFollowLampsWallsAndMovingParts) {
   }
 }
 
+// A frozen frame after a wall or the eye has moved has the light of one that is not frozen: new voxels have none to
+// keep.
+TEST_F(LiveLights, frozenFramesFollowWallsPartsAndTheEye) {
+  VoxelLevel level;
+  level.surfaces[0] = {glm::vec3(0.5f)};
+  level.addBox({0, 0, 0}, {10, 3, 4}, true);
+  level.addBox({5.0f, 0, 0}, {5.2f, 3, 2.5f}, false);
+  level.addBox({-0.4f, -0.4f, -0.4f}, {0.4f, 0.4f, 0.4f}, false);
+  level.parts.back().moves = true;
+  level.parts.back().toWorld[3] = {1.2f, 0.5f, 3.2f};
+  std::vector<Light> lights(1);
+  lights[0].positionWorld = {1.5f, 2.4f, 2.0f};
+  lights[0].intensity = {10, 10, 10};
+  LightSetup setup;
+  setup.lights = lights;
+  enum Change { kWall, kPart, kEye };
+  for (const BackendKind backend : {BackendKind::cpu, BackendKind::gl}) {
+    for (const Change change : {kWall, kPart, kEye}) {
+      std::vector<glm::vec3> light[2];
+      for (const bool isFrozen : {false, true}) {
+        LiveLightOptions wanted = options(backend);
+        wanted.cascades = 2;
+        wanted.eyeWorld = {2, 1.5f, 2};
+        LiveLight live = made(level, wanted);
+        frames(live, setup, 8);
+        glm::mat4x3 to(1.0f);
+        if (change == kWall) {
+          to[3] = {0.7f, 0, 0};
+          ASSERT_TRUE(live.edit(std::vector<PartEdit>{{1, to, true}}));
+        } else if (change == kPart) {
+          to[3] = {3.5f, 0.5f, 1.0f};
+          ASSERT_TRUE(live.move(std::vector<glm::mat4x3>{to}));
+        } else {
+          ASSERT_TRUE(*live.centre({8, 1.5f, 2}));
+        }
+        LiveFrame frame;
+        frame.freezeVoxels = isFrozen;
+        ASSERT_TRUE(live.update(setup, frame));
+        for (float x = 0.4f; x < 10.0f; x += 0.8f)
+          light[isFrozen ? 1 : 0].push_back(live.irradiance({x, 0, 2}, {0, 1, 0}));
+      }
+      for (std::size_t i = 0; i < light[0].size(); ++i)
+        EXPECT_NEAR(light[1][i].x, light[0][i].x, 0.05f * light[0][i].x) << change << " at " << i;
+    }
+  }
+}
+
 TEST_F(LiveLights, whatIsRefusedIsNamedAndChangesNothing) {
   VoxelLevel level;
   level.surfaces[0] = {glm::vec3(0.5f), glm::vec3(1.0f)};
