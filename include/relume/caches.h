@@ -73,7 +73,8 @@ struct Lightmap {
                                       // it where gl_FrontFacing is false. Empty = no back side is seen
   Array<std::uint32_t> sight;         // [Size 0 or width*height] for the square between the centres of a texel and
                                       // its upper neighbours: where its points are read, so that none reads across a
-                                      // wall. 0 = where they are; formats/map_sight.h has the bits. Resolves do it
+                                      // wall. 0 = where they are; formats/map_sight.h has the bits. Relume's resolves
+                                      // do it; filters of a host's over irradianceMap() do not
 };
 
 // Caches in the order grid, then light map: none is on both. Only unique, valid caches are kept.

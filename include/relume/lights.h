@@ -66,7 +66,7 @@ struct LightSetup {
   // GL backend: direct light is what the host's shader has written by GlResolve::surfelGlsl(), in place of all of the
   // above. What it does not write anew stays as it was in the frame before.
   bool surfelIrradianceOnGpu = false;
-  glm::vec3 emissionScale{1.0f};                // factor on the surfels' baked emission; 0 switches emitters off
+  glm::vec3 emissionScale{1.0f};                // [0..1e20] factor on the surfels' baked emission; 0 = off
   std::span<const glm::vec3> surfelEmission{};  // [W/m²/sr] [Size 0 or n_S] in place of baked emission
   // Materials whose light is not the baked one, each at most once, in any order; those not named shine as baked. Not
   // together with surfelEmission.

@@ -155,7 +155,7 @@ RELUME_API unsigned int relume_bake_drivable_count(const relume_bake* bake);
 /* Name of one; "" for an index that is too large. Lives as long as the bake. */
 RELUME_API const char* relume_bake_drivable_name(const relume_bake* bake, unsigned int material);
 
-/* Surfels, for hosts that light them themselves: the world positions [m] and unit normals of surfels first ..
+/* Surfels, for hosts that light them themselves: the world positions [m] and unit shading normals of surfels first ..
  * first + count - 1, three floats each. Either output may be NULL. */
 RELUME_API relume_status relume_bake_surfels(const relume_bake* bake, size_t first, size_t count, float* positions,
                                              float* normals);

@@ -55,7 +55,7 @@ struct FollowedVolume {
   GrowingBuffer stencils;  // live_stencils.comp
   std::uint64_t standingVersion = 0, movingVersion = 0;
   std::uint32_t standingKept = 0;
-  bool moves = false;          // something does
+  bool moves = false;         // something does
   bool lostRadiance = false;  // none is there of some of its sides, until the next reflect()
 };
 
