@@ -9,6 +9,7 @@
 
 #include "bake/base/parallel.h"
 #include "bake/rays/built_triangles.h"
+#include "bake/rays/far_level.h"
 #include "bake/rays/ray_piles.h"
 #include "formats/decimal.h"
 
@@ -34,8 +35,18 @@ static_assert(kMaxBundleTriangles <= kShareLimit);  // the vertices of bundles a
 constexpr float kFarCentre = 16.0f;                 // a level this many of its own sizes from the origin is recentred
 constexpr float kRoundingToTell = 1e-3f;            // [of its size] how far rays may start from its surfaces
 
-// far: the level's largest coordinate. [m]
-void warnOfRounding(float far, float size, Context& context) {
+// World bounds of the triangles that rays meet, and how many such instances each mesh has.
+struct Survey {
+  glm::vec3 min{std::numeric_limits<float>::infinity()}, max{-std::numeric_limits<float>::infinity()};
+  std::vector<std::uint32_t> uses;  // [Size meshes]
+
+  glm::vec3 centre() const { return 0.5f * min + 0.5f * max; }
+  float size() const { return largest(max - min); }  // [m]
+  bool isFar() const { return largest(centre()) > kFarCentre * size(); }
+};
+
+void warnOfRounding(const Survey& level, Context& context) {
+  const float far = std::max(largest(level.min), largest(level.max)), size = level.size();
   const float apart = std::numeric_limits<float>::epsilon() * far, off = kFarEpsilonUlps * apart;
   if (!(off > kRoundingToTell * size)) return;
   context.message(Severity::warning,
@@ -131,12 +142,6 @@ bool isMet(const Scene& scene, const Instance& instance, RayGeometry geometry) {
   return asked && !scene.meshes[instance.mesh].triangle.empty();
 }
 
-// World bounds of the triangles that rays meet, and how many such instances each mesh has.
-struct Survey {
-  glm::vec3 min{std::numeric_limits<float>::infinity()}, max{-std::numeric_limits<float>::infinity()};
-  std::vector<std::uint32_t> uses;  // [Size meshes]
-};
-
 Survey survey(const Scene& scene, RayGeometry geometry) {
   Survey s;
   s.uses.resize(scene.meshes.size());
@@ -171,6 +176,11 @@ bool isWholly(const std::vector<std::uint8_t>& buried) {
 }
 
 }  // namespace
+
+void warnOfFarLevel(const Scene& scene, Context& context) {
+  const Survey level = survey(scene, RayGeometry::drawn);
+  if (level.isFar()) warnOfRounding(level, context);
+}
 
 bool BuiltTriangles::isShared() const {
   return triangles > kFlattenLimit || (triangles > kShareLimit && triangles >= kWorthSharing * ofMeshes);
@@ -246,12 +256,11 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   const Survey level = survey(scene, geometry);
   state->boundsMin = level.min;
   state->boundsMax = level.max;
-  const glm::vec3 centre = 0.5f * level.min + 0.5f * level.max, size = level.max - level.min;
-  if (largest(centre) > kFarCentre * largest(size)) {
-    state->shift = centre;
-    warnOfRounding(std::max(largest(level.min), largest(level.max)), largest(size), context);
+  if (level.isFar()) {
+    state->shift = level.centre();
+    warnOfRounding(level, context);
   }
-  state->epsilonFloor = kEpsilonUlps * std::numeric_limits<float>::epsilon() * 0.5f * largest(size);
+  state->epsilonFloor = kEpsilonUlps * std::numeric_limits<float>::epsilon() * 0.5f * level.size();
 
   const glm::vec3 reach = glm::max(glm::abs(level.min - state->shift), glm::abs(level.max - state->shift));
   state->rounding = std::max(kEpsilonUlps * std::numeric_limits<float>::epsilon() * largest(reach),

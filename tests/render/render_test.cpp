@@ -12,10 +12,12 @@
 #endif
 
 #include <gtest/gtest.h>
+#include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 namespace relume {
 namespace {
@@ -313,6 +315,82 @@ TEST(RenderGl, drawsALevelOfMillimetresAsTheCpuDoes) {
   ASSERT_GT(total(directCpu), 0.0);
   EXPECT_LT(shareBeyond(directCpu, directGl, 0.3), 0.05) << "shadow edges only";
   EXPECT_NEAR(total(directGl) / total(directCpu), 1.0, 0.03);
+}
+
+// A room of 4 x 2.5 x 6 m with half a roof, a box and a panel that glows, 36 km from the world's origin. Lights of
+// every kind of shadow map.
+struct FarRoom {
+  Scene scene;
+  RenderRequest request;
+
+  FarRoom() {
+    const glm::vec3 at(20000, 0, -30000);
+    const std::uint32_t grey = test::addMaterial(scene, glm::vec3(0.7f)),
+                        red = test::addMaterial(scene, {0.7f, 0.1f, 0.1f}),
+                        glowing = test::addMaterial(scene, glm::vec3(0.5f), {1.0f, 0.8f, 0.5f});
+    const glm::mat4 toWorld = glm::translate(glm::mat4(1.0f), at);
+    Mesh room = test::box({-2, 0, -3}, {2, 2.5f, 3}, true, grey);
+    room.triangle.erase(room.triangle.begin() + 7);  // half of the roof
+    test::addInstance(scene, room, toWorld);
+    test::addInstance(scene, test::box({-1.2f, 0, -1.5f}, {-0.3f, 1.2f, -0.6f}, false, red), toWorld);
+    test::addInstance(scene, test::quad({1.95f, 1, -1}, {0, 0, 0.8f}, {0, 0.8f, 0}, glowing), toWorld);
+    test::finish(scene);
+    request.width = 160;
+    request.height = 90;
+    request.samples = 1;
+    request.emissive = request.centres = true;
+    request.camera = test::lookAt({0.3f, 1.4f, 2.6f}, {-0.2f, 0.9f, -3.0f}, 1.2f);
+    request.camera.toWorld[3] += glm::vec4(at, 0.0f);
+    SceneLight lamp, spot, sun;
+    lamp.positionWorld = at + glm::vec3(0.5f, 2.0f, 0.0f);
+    lamp.intensity = glm::vec3(5.0f);
+    spot.kind = LightKind::spot;
+    spot.positionWorld = at + glm::vec3(1.5f, 2.2f, 1.0f);
+    spot.direction = glm::normalize(glm::vec3(-0.8f, -0.6f, -0.8f));
+    spot.intensity = glm::vec3(20.0f);
+    spot.outerConeRad = 0.6f;
+    sun.kind = LightKind::directional;
+    sun.direction = glm::normalize(glm::vec3(-0.3f, -1.0f, -0.2f));
+    sun.intensity = glm::vec3(3.0f);
+    request.lights = {lamp, spot, sun};
+  }
+};
+
+// Places in the world are 2 mm apart there; those in the picture and in the shadow maps must not be.
+TEST(RenderGl, drawsALevelFarOutAsTheCpuDoes) {
+  const FarRoom room;
+  const auto drawn = drawTwice(room.scene, room.request);
+  if (!drawn) return;
+  const RenderedFrame &cpu = drawn->cpu, &gl = drawn->gl;
+  std::size_t lost = 0, bent = 0;
+  for (std::size_t i = 0; i < cpu.depth.size(); ++i) {
+    lost += cpu.depth[i] > 0.0f && gl.depth[i] == 0.0f;
+    bent += cpu.depth[i] > 0.0f && glm::dot(cpu.normal[i], gl.normal[i]) < 0.99f;
+  }
+  EXPECT_EQ(lost, 0u);
+  EXPECT_LT(bent, cpu.depth.size() / 500) << "at edges only";
+  for (const Aov aov : {Aov::direct, Aov::full}) {
+    const auto lightCpu = composeAov(cpu, aov), lightGl = composeAov(gl, aov);
+    ASSERT_GT(total(lightCpu), 0.0);
+    EXPECT_LT(shareBeyond(lightCpu, lightGl, 0.3), 0.01) << "shadow edges only";
+    EXPECT_LT(relativeRms(lightCpu, lightGl), 0.08);
+    EXPECT_NEAR(total(lightGl) / total(lightCpu), 1.0, 0.015) << "rays start a centimetre off surfaces";
+  }
+}
+
+// Once, as who traces rays does.
+TEST(RenderGl, warnsOfALevelFarOut) {
+  FarRoom room;
+  room.request.width = room.request.height = 8;
+  std::size_t warnings = 0;
+  Context context;
+  context.onMessage = [&](Severity severity, std::string_view text) {
+    warnings += severity == Severity::warning && text.find("m from the origin") != std::string_view::npos;
+  };
+  const auto drawn = renderGl(room.scene, room.request, context);
+  if (!drawn && drawn.error().code == ErrorCode::unsupported) GTEST_SKIP() << drawn.error().message;
+  ASSERT_TRUE(drawn) << drawn.error().message;
+  EXPECT_EQ(warnings, 1u);
 }
 
 // Linear factors of colour, and of the alpha that the test asks.

@@ -35,14 +35,15 @@ using ColorVertex = glm::vec4;  // linear factors of colour and alpha
 constexpr GLuint kColorSlot = 8;
 
 enum Uniform : GLint {
-  kClipFromWorld = 0,
+  kClip = 0,
   kMoved = 1,
   kAlbedo = 2,
   kEmission = 3,
   kCutoff = 4,
   kDoubleSided = 5,
   kGloss = 6,
-  kIsEdited = 7
+  kIsEdited = 7,
+  kOrigin = 8
 };
 
 glm::vec2 textureUv(const Mesh& mesh, const TextureRef& texture, std::uint32_t vertex) {
@@ -340,16 +341,16 @@ void GlLevel::setEmission(std::uint32_t material, const glm::vec3& radiance, con
   materials_[material].emissionTexture = texture;
 }
 
-void GlLevel::draw(const glm::mat4& clipFromWorld, bool gloss) const { drawBatches(clipFromWorld, {}, false, gloss); }
+void GlLevel::draw(const LevelView& view, bool gloss) const { drawBatches(view, {}, false, gloss); }
 
-void GlLevel::drawDynamic(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved, bool gloss) const {
-  drawBatches(clipFromWorld, moved, true, gloss);
+void GlLevel::drawDynamic(const LevelView& view, std::span<const glm::mat4> moved, bool gloss) const {
+  drawBatches(view, moved, true, gloss);
 }
 
-void GlLevel::drawBatches(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved, bool dynamic,
-                          bool gloss) const {
+void GlLevel::drawBatches(const LevelView& view, std::span<const glm::mat4> moved, bool dynamic, bool gloss) const {
   const glm::mat4 still(1.0f);
-  glUniformMatrix4fv(kClipFromWorld, 1, GL_FALSE, glm::value_ptr(clipFromWorld));
+  glUniformMatrix4fv(kClip, 1, GL_FALSE, glm::value_ptr(view.clip));
+  glUniform3fv(kOrigin, 1, glm::value_ptr(view.originWorld));
   glBindVertexArray(layout_.name());
   glVertexAttrib4f(kColorSlot, 1.0f, 1.0f, 1.0f, 1.0f);  // of a level without colours
   for (const Batch& batch : batches_) {
@@ -398,10 +399,11 @@ layout(location = 5) in vec4 inTangent;
 layout(location = 6) in vec2 inUvGloss;
 layout(location = 7) in vec2 inUvNormal;
 layout(location = 8) in vec4 inColor;
-layout(location = 0) uniform mat4 levelClipFromWorld;
+layout(location = 0) uniform mat4 levelClip;
 layout(location = 1) uniform mat4 levelMoved;
+layout(location = 8) uniform vec3 levelOrigin;
 invariant gl_Position;  // programs that draw the same level find the same depths
-out vec3 levelPosition;
+out vec3 levelPlace;
 out vec3 levelVertexNormal;
 out vec2 levelUvAlbedo;
 out vec2 levelUvEmission;
@@ -411,7 +413,7 @@ out vec4 levelUvGlossNormal;
 out vec4 levelColor;
 flat out uvec2 levelGridLit;
 void levelVertex() {
-  levelPosition = (levelMoved * vec4(inPosition, 1.0)).xyz;
+  levelPlace = (levelMoved * vec4(inPosition, 1.0)).xyz - levelOrigin;
   levelVertexNormal = mat3(levelMoved) * inNormal;
   levelUvAlbedo = inUvAlbedo;
   levelUvEmission = inUvEmission;
@@ -420,14 +422,14 @@ void levelVertex() {
   levelColor = inColor;
   levelLightmapUv = vec4(unpackUnorm2x16(inLightmapUv.x), unpackUnorm2x16(inLightmapUv.y));
   levelGridLit = uvec2(equal(inLightmapUv, uvec2(0xFFFFFFFFu)));
-  gl_Position = levelClipFromWorld * vec4(levelPosition, 1.0);
+  gl_Position = levelClip * vec4(levelPlace, 1.0);
 }
 )";
 }
 
 std::string levelMaterialGlsl() {
   return R"(
-in vec3 levelPosition;
+in vec3 levelPlace;
 in vec3 levelVertexNormal;
 in vec2 levelUvAlbedo;
 in vec2 levelUvEmission;
@@ -436,7 +438,8 @@ in vec4 levelTangent;
 in vec4 levelUvGlossNormal;
 in vec4 levelColor;
 flat in uvec2 levelGridLit;
-layout(location = 0) uniform mat4 levelClipFromWorld;
+layout(location = 0) uniform mat4 levelClip;
+layout(location = 8) uniform vec3 levelOrigin;
 layout(location = 2) uniform vec4 levelAlbedoFactor;
 layout(location = 3) uniform vec3 levelEmissionFactor;
 layout(location = 4) uniform float levelAlphaCutoff;
@@ -447,6 +450,7 @@ layout(binding = 6) uniform sampler2D levelGlossTexture;
 layout(binding = 7) uniform sampler2D levelNormalTexture;
 layout(binding = 10) uniform sampler2D levelAlbedoTexture;
 layout(binding = 11) uniform sampler2D levelEmissionTexture;
+#define levelPosition (levelPlace + levelOrigin)
 bool levelOpaque() {
   float alpha = levelAlbedoFactor.a * levelColor.a * texture(levelAlbedoTexture, levelUvAlbedo).a;
   return levelAlphaCutoff < 0.0 || alpha >= levelAlphaCutoff;
@@ -458,11 +462,11 @@ vec3 levelEmission() {
 }
 // Normal of the triangle's plane, of no particular length.
 vec3 levelFace() {
-  vec3 dx = dFdx(levelPosition), dy = dFdy(levelPosition);
+  vec3 dx = dFdx(levelPlace), dy = dFdy(levelPlace);
   // A neighbour past the plane's horizon is extrapolated to behind the eye, which turns the cross product round. How dx
   // and dy look in the picture tells: seen from a point before the eye they lead right and up.
-  vec4 clip = levelClipFromWorld * vec4(levelPosition, 1.0);
-  mat2x4 moved = levelClipFromWorld * mat2x4(vec4(dx, 0.0), vec4(dy, 0.0));
+  vec4 clip = levelClip * vec4(levelPlace, 1.0);
+  mat2x4 moved = levelClip * mat2x4(vec4(dx, 0.0), vec4(dy, 0.0));
   vec2 place = clip.xy / clip.w, right = moved[0].xy - moved[0].w * place, up = moved[1].xy - moved[1].w * place;
   return right.x * up.y < right.y * up.x ? cross(dy, dx) : cross(dx, dy);
 }

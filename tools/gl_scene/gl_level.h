@@ -9,6 +9,7 @@
 #include "relume/caches.h"
 #include "relume/result.h"
 #include "tools/gl_scene/gl_handle.h"
+#include "tools/gl_scene/level_view.h"
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
@@ -43,13 +44,13 @@ class GlLevel {
   static Result<GlLevel> create(const Scene& scene, const Lightmap* lightmap, Movable movable = Movable::dynamic,
                                 std::span<const std::uint8_t> isEdited = {});
 
-  // Draw what stands with the program in use, `clipFromWorld` being its camera. Binds a vertex array, and
-  // textures and samplers on kMaterialUnits. `gloss`: levelNormal() bends normals by normal maps.
-  void draw(const glm::mat4& clipFromWorld, bool gloss = false) const;
+  // Draw what stands with the program in use. Binds a vertex array, and textures and samplers on kMaterialUnits.
+  // `gloss`: levelNormal() bends normals by normal maps.
+  void draw(const LevelView& view, bool gloss = false) const;
   // Draw what moves, lit by the grid; what the bake knows is on the light map where it has not been moved. moved[k] is
   // applied after the own transforms of movingNodes()[k]. [Size moved: theirs, or 0 = they are where the level has
   // them]
-  void drawDynamic(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved, bool gloss = false) const;
+  void drawDynamic(const LevelView& view, std::span<const glm::mat4> moved, bool gloss = false) const;
 
   // Let a material of the scene emit another radiance [W/m²/sr] from now on: times its emissive texture, or evenly.
   void setEmission(std::uint32_t material, const glm::vec3& radiance, const TextureRef& texture);
@@ -70,7 +71,7 @@ class GlLevel {
     std::uint32_t moving = kNone;           // index into movingNodes(); kNone = fixed
     bool isBaked = true, isEdited = false;  // a part that the bake knows; but has another one there
   };
-  void drawBatches(const glm::mat4& clipFromWorld, std::span<const glm::mat4> moved, bool dynamic, bool gloss) const;
+  void drawBatches(const LevelView& view, std::span<const glm::mat4> moved, bool dynamic, bool gloss) const;
   void bindMaterial(const Material& material, bool gloss) const;
   void bindTexture(int unit, const TextureRef& texture) const;
 
@@ -95,6 +96,7 @@ std::string levelVertexGlsl();
 //   vec2 levelMetalRough()   [0..1] metalness, roughness
 //   bool levelOnLightmap(out vec2 uv)   whether this side of the triangle is on the light map, and where
 //   levelPosition            [m] in the world
+//   levelPlace               [m] from LevelView::originWorld: without the rounding of places far out
 //   levelIsEdited            whether what is drawn is a part of the bake's level that has been changed or moved
 std::string levelMaterialGlsl();
 

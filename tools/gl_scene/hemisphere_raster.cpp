@@ -5,7 +5,6 @@
 #include "tools/gl_scene/level_shader.h"
 
 #include <glm/geometric.hpp>
-#include <glm/gtc/type_ptr.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -16,16 +15,14 @@ namespace {
 
 constexpr std::size_t kColumns = 8;       // pictures along a side of the target
 constexpr float kNearOfDiagonal = 1e-5f;  // the near plane, of the level's diagonal
-constexpr GLint kOriginLocation = 9;
 
 // In w the distance, 0 where nothing is drawn.
 const char* kMain = R"(
 layout(location = 0) out vec4 outLight;
-layout(location = 9) uniform vec3 hemisphereOrigin;
 void main() {
   if (!levelOpaque()) discard;
   vec3 reflected = levelAlbedo() * levelDirect(levelPosition, levelNormal()) * 0.31830988618;
-  outLight = vec4(reflected, distance(levelPosition, hemisphereOrigin));
+  outLight = vec4(reflected, length(levelPlace));
 }
 )";
 
@@ -73,16 +70,14 @@ Result<HemisphereRaster> HemisphereRaster::create(const Scene& scene, std::span<
 }
 
 // The square's x is the bitangent and its y the tangent: seen along the normal these two are right and up.
-glm::mat4 HemisphereRaster::clipFromWorld(const glm::mat4& worldFromFrame) const {
-  const glm::vec3 up(worldFromFrame[0]), right(worldFromFrame[1]), forward(worldFromFrame[2]),
-      origin(worldFromFrame[3]);
+LevelView HemisphereRaster::viewOf(const glm::mat4& worldFromFrame) const {
+  const glm::vec3 up(worldFromFrame[0]), right(worldFromFrame[1]), forward(worldFromFrame[2]);
   const float scale = 1.0f / std::tan(0.5f * options_.fovRad);
-  const auto row = [&](const glm::vec3& axis, float factor) {
-    return glm::vec4(factor * axis, -factor * glm::dot(axis, origin));
-  };
-  const glm::vec4 depth = row(forward, 1.0f), near(0.0f, 0.0f, 0.0f, near_);
+  const glm::vec4 depth(forward, 0.0f), near(0.0f, 0.0f, 0.0f, near_);
   // Reversed: near / depth, in [0..1]. Else 1 - 2 near / depth, in [-1..1].
-  return glm::transpose(glm::mat4(row(right, scale), row(up, scale), reversed_ ? near : depth - 2.0f * near, depth));
+  return {glm::vec3(worldFromFrame[3]),
+          glm::transpose(glm::mat4(glm::vec4(scale * right, 0.0f), glm::vec4(scale * up, 0.0f),
+                                   reversed_ ? near : depth - 2.0f * near, depth))};
 }
 
 void HemisphereRaster::draw(std::span<const glm::mat4> worldFromFrame, std::span<glm::vec3> radiance,
@@ -104,10 +99,8 @@ void HemisphereRaster::draw(std::span<const glm::mat4> worldFromFrame, std::span
     glUseProgram(program_.name());
     const auto side = static_cast<GLsizei>(options_.side);
     for (std::size_t k = 0; k < count; ++k) {
-      const glm::mat4& pose = worldFromFrame[first + k];
       glViewport(static_cast<GLint>(k % kColumns) * side, static_cast<GLint>(k / kColumns) * side, side, side);
-      glUniform3fv(kOriginLocation, 1, glm::value_ptr(pose[3]));
-      level_.draw(clipFromWorld(pose));
+      level_.draw(viewOf(worldFromFrame[first + k]));
     }
     read(count, radiance.subspan(first * pixels, count * pixels), distance.subspan(first * pixels, count * pixels));
   }

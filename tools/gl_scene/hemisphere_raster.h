@@ -38,7 +38,7 @@ class HemisphereRaster {
 
  private:
   HemisphereRaster(GlLevel&& level, ShadowMaps&& shadows, GlProgram&& program, const Options& options);
-  glm::mat4 clipFromWorld(const glm::mat4& worldFromFrame) const;
+  LevelView viewOf(const glm::mat4& worldFromFrame) const;
   void read(std::size_t count, std::span<glm::vec3> radiance, std::span<float> distance);
 
   Options options_;

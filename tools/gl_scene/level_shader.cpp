@@ -43,13 +43,13 @@ vec3 levelLightIrradiance(uint i, vec3 p, vec3 n) {
   return intensity * factor;
 }
 // The triangle's own normal, on the side of n.
-vec3 levelPlane(vec3 p, vec3 n) {
-  vec3 plane = cross(dFdx(p), dFdy(p));
+vec3 levelPlane(vec3 n) {
+  vec3 plane = cross(dFdx(levelPlace), dFdy(levelPlace));
   float size = length(plane);
   return size > 0.0 ? plane * (dot(plane, n) < 0.0 ? -1.0 / size : 1.0 / size) : n;
 }
 vec3 levelDirect(vec3 p, vec3 n) {
-  vec3 sum = vec3(0.0), plane = levelPlane(p, n);
+  vec3 sum = vec3(0.0), plane = levelPlane(n);
   for (uint i = 0u; i < levelLightCount; ++i) {
     vec3 e = levelLightIrradiance(i, p, n);
     if (e.r + e.g + e.b > 0.0) sum += e * relumeVisibility(i, p, plane);
@@ -89,7 +89,7 @@ void levelSplitReflectance(vec3 baseColor, vec2 metalRough, vec3 n, vec3 toEye, 
 }
 // Radiance of the lights in a lobe about r, shadowed. toEye: tells the side of the surface.
 vec3 levelHighlights(vec3 p, vec3 r, float exponent, vec3 toEye) {
-  vec3 sum = vec3(0.0), plane = levelPlane(p, toEye);
+  vec3 sum = vec3(0.0), plane = levelPlane(toEye);
   for (uint i = 0u; i < levelLightCount; ++i) {
     vec3 toLight = levelLightIntensity[i].w < 0.5 ? -levelLightDirection[i].xyz : normalize(levelLightPosition[i].xyz - p);
     float cosine = dot(toLight, r);
@@ -105,7 +105,7 @@ vec3 levelHighlights(vec3 p, vec3 r, float exponent, vec3 toEye) {
 const char* kLinks = R"(
 vec3 levelLinks(vec3 p, vec3 n) {
   vec2 uv;
-  return levelOnLightmap(uv) ? relumeIrradianceLightmap(uv, n, levelPlane(p, n)) : levelGrid(p, n);
+  return levelOnLightmap(uv) ? relumeIrradianceLightmap(uv, n, levelPlane(n)) : levelGrid(p, n);
 }
 // Radiance in a lobe about r.
 vec3 levelGlossy(vec3 p, vec3 n, vec3 r, float exponent) {
@@ -119,7 +119,7 @@ const char* kEditedLinks = R"(
 uniform bool levelHasEdits;
 vec3 levelLinks(vec3 p, vec3 n) {
   vec2 uv;
-  vec3 baked = levelOnLightmap(uv) ? relumeIrradianceLightmap(uv, n, levelPlane(p, n)) : levelGrid(p, n);
+  vec3 baked = levelOnLightmap(uv) ? relumeIrradianceLightmap(uv, n, levelPlane(n)) : levelGrid(p, n);
   if (!levelHasEdits) return baked;
   vec2 share = levelIsEdited ? vec2(1.0) : relumeEditShare(p);
   if (!(share.x > 0.0)) return baked;

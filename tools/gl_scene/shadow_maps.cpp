@@ -30,15 +30,15 @@ namespace {
 
 constexpr float kWidestFlat = 1.2f;    // [rad] half angle of the widest spot that has a flat map
 constexpr float kSideTangent = 1.02f;  // of half a cube side's opening
-constexpr GLint kLightLocation = 8;
+constexpr GLint kPerFarthestLocation = 9;
 constexpr float kCoarseTexel = 0.05f;  // [m] of a map that gets a finer one inside
 constexpr float kFiner = 8.0f;
 
 const char* kDistanceFragment = R"(
-layout(location = 8) uniform vec4 shadowLight;
+layout(location = 9) uniform float shadowPerFarthest;
 void main() {
   if (!levelOpaque()) discard;
-  gl_FragDepth = min(distance(levelPosition, shadowLight.xyz) * shadowLight.w, 1.0);
+  gl_FragDepth = min(length(levelPlace) * shadowPerFarthest, 1.0);
 }
 )";
 
@@ -49,15 +49,19 @@ std::array<glm::vec3, 8> boxCorners(const glm::vec3& low, const glm::vec3& high)
   return corners;
 }
 
+glm::vec3 middleOf(const GlLevel& level) { return 0.5f * level.boundsMin() + 0.5f * level.boundsMax(); }
+
 glm::vec3 anyUp(const glm::vec3& direction) {
   return std::abs(direction.y) < 0.9f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0);
 }
 
-// The smallest box along a direction that holds the level. Returns the clip matrix and the wider side [m].
+// The smallest box along a direction that holds the level. Returns the clip matrix, from the level's middle, and the
+// wider side [m].
 glm::mat4 fitDirectional(const GlLevel& level, const glm::vec3& direction, float& side) {
+  const glm::vec3 middle = middleOf(level);
   const glm::mat4 view = glm::lookAt(glm::vec3(0.0f), direction, anyUp(direction));
   glm::vec3 low(std::numeric_limits<float>::max()), high(-low);
-  for (const glm::vec3& corner : boxCorners(level.boundsMin(), level.boundsMax())) {
+  for (const glm::vec3& corner : boxCorners(level.boundsMin() - middle, level.boundsMax() - middle)) {
     const glm::vec3 p(view * glm::vec4(corner, 1.0f));
     low = glm::min(low, p);
     high = glm::max(high, p);
@@ -83,13 +87,13 @@ float farthest(const GlLevel& level, const glm::vec3& position) {
   return 1.01f * distance + 0.01f;
 }
 
-// A side of a cube, opened a little wider than a right angle so that the filter finds its neighbours past the edge.
-glm::mat4 cubeSide(const glm::vec3& position, std::uint32_t side, float near, float far) {
+// A side of a cube about the origin, opened a little wider than a right angle so that the filter finds its neighbours
+// past the edge.
+glm::mat4 cubeSide(std::uint32_t side, float near, float far) {
   constexpr std::array<glm::vec3, 6> kForward{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
   constexpr std::array<glm::vec3, 6> kUp{{{0, -1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}, {0, -1, 0}, {0, -1, 0}}};
   const float half = near * kSideTangent;
-  return glm::frustum(-half, half, -half, half, near, far) *
-         glm::lookAt(position, position + kForward[side], kUp[side]);
+  return glm::frustum(-half, half, -half, half, near, far) * glm::lookAt(glm::vec3(0.0f), kForward[side], kUp[side]);
 }
 
 bool needsCube(const Light& light) {
@@ -144,8 +148,8 @@ Status ShadowMaps::allocate(std::uint32_t flat, std::uint32_t cubes) {
 
 // The middle keeps to eighths of the map, which are whole texels, so that edges of shadows lie still while the eye
 // moves.
-glm::vec3 ShadowMaps::innerMap(const glm::mat4& mapFromWorld, const glm::vec3& eyeWorld, float finer) const {
-  const glm::vec2 at(mapFromWorld * glm::vec4(eyeWorld, 1.0f));
+glm::vec3 ShadowMaps::innerMap(const Map& map, const glm::vec3& eyeWorld, float finer) const {
+  const glm::vec2 at(map.fromOrigin * glm::vec4(eyeWorld - glm::vec3(map.light), 1.0f));
   const float step = static_cast<float>(std::max(size_ / 8, 1u)) / (finer * static_cast<float>(size_));
   const float half = 0.5f / finer;
   return {glm::clamp(glm::round(at / step) * step, half, 1.0f - half), finer};
@@ -154,7 +158,7 @@ glm::vec3 ShadowMaps::innerMap(const glm::mat4& mapFromWorld, const glm::vec3& e
 bool ShadowMaps::isAbout(const glm::vec3& eyeWorld) const {
   return std::all_of(maps_.begin(), maps_.end(), [&](const Map& map) {
     return std::all_of(map.inner.begin(), map.inner.end(), [&](const glm::vec3& inner) {
-      return inner.z == 0.0f || inner == innerMap(map.mapFromWorld, eyeWorld, inner.z);
+      return inner.z == 0.0f || inner == innerMap(map, eyeWorld, inner.z);
     });
   });
 }
@@ -177,13 +181,14 @@ Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, c
     Map& map = maps_[i];
     float side = 0.0f;
     clipOfLight[i] = fitDirectional(level, lights[i].direction, side);
-    map.mapFromWorld = mapFromClip * clipOfLight[i];
+    map.light = glm::vec4(middleOf(level), 0.0f);
+    map.fromOrigin = mapFromClip * clipOfLight[i];
     map.layer.z = side / static_cast<float>(size_);
     float finer = 1.0f;
     for (glm::vec3& inner : map.inner) {
       if (eyeWorld == nullptr || map.layer.z / finer <= kCoarseTexel) break;
       finer *= kFiner;
-      inner = innerMap(map.mapFromWorld, *eyeWorld, finer);
+      inner = innerMap(map, *eyeWorld, finer);
       ++flat;
     }
   }
@@ -218,15 +223,13 @@ Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, c
     if (needsCube(light)) {
       map.layer = {1.0f, static_cast<float>(cube), 4.0f * kSideTangent / static_cast<float>(size_), 0.0f};
       for (std::uint32_t side = 0; side < 6; ++side)
-        renderLayer(level, moved, cubeSide(light.positionWorld, side, near, far), map.light, sides_.name(),
-                    6 * cube + side, size_ / 2);
+        renderLayer(level, moved, cubeSide(side, near, far), map.light, sides_.name(), 6 * cube + side, size_ / 2);
       ++cube;
     } else {
       const float half = std::min(light.outerConeRad + 0.02f, kWidestFlat + 0.02f);
-      const glm::mat4 clip =
-          glm::perspective(2.0f * half, 1.0f, near, far) *
-          glm::lookAt(light.positionWorld, light.positionWorld + light.direction, anyUp(light.direction));
-      map.mapFromWorld = mapFromClip * clip;
+      const glm::mat4 clip = glm::perspective(2.0f * half, 1.0f, near, far) *
+                             glm::lookAt(glm::vec3(0.0f), light.direction, anyUp(light.direction));
+      map.fromOrigin = mapFromClip * clip;
       map.layer = {0.0f, static_cast<float>(flatLayer), 2.0f * std::tan(half) / static_cast<float>(size_), 0.0f};
       renderLayer(level, moved, clip, map.light, flat_.name(), flatLayer++, size_);
     }
@@ -235,7 +238,7 @@ Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, c
   return done();
 }
 
-void ShadowMaps::renderLayer(const GlLevel& level, const std::vector<glm::mat4>* moved, const glm::mat4& clipFromWorld,
+void ShadowMaps::renderLayer(const GlLevel& level, const std::vector<glm::mat4>* moved, const glm::mat4& clip,
                              const glm::vec4& light, GLuint texture, std::uint32_t layer, std::uint32_t size) const {
   glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, texture, 0, static_cast<GLint>(layer));
   glViewport(0, 0, static_cast<GLsizei>(size), static_cast<GLsizei>(size));
@@ -244,17 +247,18 @@ void ShadowMaps::renderLayer(const GlLevel& level, const std::vector<glm::mat4>*
   // Where depth is that of the triangle, hidden fragments need no shading.
   const bool isDirectional = light.w == 0.0f;
   glUseProgram(isDirectional ? depthProgram_.name() : distanceProgram_.name());
-  if (!isDirectional) glUniform4fv(kLightLocation, 1, glm::value_ptr(light));
-  level.draw(clipFromWorld);
-  if (moved) level.drawDynamic(clipFromWorld, *moved);
+  if (!isDirectional) glUniform1f(kPerFarthestLocation, light.w);
+  const LevelView view{glm::vec3(light), clip};
+  level.draw(view);
+  if (moved) level.drawDynamic(view, *moved);
 }
 
 void ShadowMaps::setUniforms(GLuint program) const {
   const auto location = [&](const std::string& name) { return glGetUniformLocation(program, name.c_str()); };
   for (std::size_t i = 0; i < maps_.size(); ++i) {
     const std::string at = "[" + std::to_string(i) + "]";
-    glProgramUniformMatrix4fv(program, location("relumeShadowFromWorld" + at), 1, GL_FALSE,
-                              glm::value_ptr(maps_[i].mapFromWorld));
+    glProgramUniformMatrix4fv(program, location("relumeShadowFromOrigin" + at), 1, GL_FALSE,
+                              glm::value_ptr(maps_[i].fromOrigin));
     glProgramUniform4fv(program, location("relumeShadowLight" + at), 1, glm::value_ptr(maps_[i].light));
     glProgramUniform4fv(program, location("relumeShadowLayer" + at), 1, glm::value_ptr(maps_[i].layer));
     glProgramUniform3fv(program, location("relumeShadowInner[" + std::to_string(i * kMaxInner) + "]"), kMaxInner,
@@ -276,7 +280,7 @@ std::string ShadowMaps::glsl() {
   return "const uint relumeShadowCount = " + std::to_string(kMaxLights) +
          "u, relumeShadowInnerCount = " + std::to_string(kMaxInner) +
          "u;\nconst float relumeSideTangent = " + decimalGlsl(kSideTangent) + ";\n" + R"(
-uniform mat4 relumeShadowFromWorld[relumeShadowCount];
+uniform mat4 relumeShadowFromOrigin[relumeShadowCount];
 uniform vec4 relumeShadowLight[relumeShadowCount];
 uniform vec4 relumeShadowLayer[relumeShadowCount];
 uniform vec3 relumeShadowInner[relumeShadowCount * relumeShadowInnerCount];
@@ -336,12 +340,13 @@ float relumeVisibility(uint light, vec3 positionWorld, vec3 normal) {
   vec4 source = relumeShadowLight[light], layer = relumeShadowLayer[light];
   if (layer.x < 0.0) return 1.0;
   bool directional = source.w == 0.0;
-  mat4 m = relumeShadowFromWorld[light];
+  mat4 m = relumeShadowFromOrigin[light];
+  vec3 place = positionWorld - source.xyz;
   vec4 finest = vec4(0.5, 0.5, 1.0, 0.0);
-  if (directional) finest = relumeFinestMap(light, (m * vec4(positionWorld, 1.0)).xy);
-  float texel = directional ? layer.z / finest.z : layer.z * distance(source.xyz, positionWorld);
+  if (directional) finest = relumeFinestMap(light, (m * vec4(place, 1.0)).xy);
+  float texel = directional ? layer.z / finest.z : layer.z * length(place);
   float margin = 0.25 * texel;
-  vec3 p = positionWorld + margin * normal, v = p - source.xyz;
+  vec3 v = place + margin * normal;
   if (layer.x > 0.5) {
     uint side = relumeSideOf(v);
     vec2 size = vec2(textureSize(relumeShadowSides, 0).xy);
@@ -352,7 +357,7 @@ float relumeVisibility(uint light, vec3 positionWorld, vec3 normal) {
     return relumeCompare(textureGather(relumeShadowSides, vec3(at, 6.0 * layer.y + float(side))), at * size,
                          (distances - margin) * source.w);
   }
-  vec4 q = m * vec4(p, 1.0);
+  vec4 q = m * vec4(v, 1.0);
   if (!directional && q.w <= 0.0) return 0.0;
   vec2 at = q.xy / q.w, size = vec2(textureSize(relumeShadowFlat, 0).xy);
   if (any(lessThan(at, vec2(0.0))) || any(greaterThan(at, vec2(1.0)))) return 1.0;

@@ -49,16 +49,17 @@ class ShadowMaps {
  private:
   static constexpr std::uint32_t kMaxInner = 2;
   struct Map {
-    glm::mat4 mapFromWorld{1.0f};              // flat: [0..1] map coordinates, after division by w
-    glm::vec4 light{0.0f};                     // position [m]; 1 / farthest distance [1/m], 0 = directional
+    glm::mat4 fromOrigin{1.0f};                // flat: [0..1] map coordinates, after division by w
+    glm::vec4 light{0.0f};                     // origin [m]: the light's position, of a directional one the level's
+                                               // middle; 1 / farthest distance [1/m], 0 = directional
     glm::vec4 layer{-1.0f, 0.0f, 0.0f, 0.0f};  // 0 flat, 1 cube; first layer; texel: [m] or [m a metre of distance]
     // Finer maps of a directional light, in the layers after its own: middle, in map coordinates; how many times as
     // fine, 0 = none.
     std::array<glm::vec3, kMaxInner> inner{};
   };
   Status allocate(std::uint32_t flat, std::uint32_t cubes);
-  glm::vec3 innerMap(const glm::mat4& mapFromWorld, const glm::vec3& eyeWorld, float finer) const;
-  void renderLayer(const GlLevel& level, const std::vector<glm::mat4>* moved, const glm::mat4& clipFromWorld,
+  glm::vec3 innerMap(const Map& map, const glm::vec3& eyeWorld, float finer) const;
+  void renderLayer(const GlLevel& level, const std::vector<glm::mat4>* moved, const glm::mat4& clip,
                    const glm::vec4& light, GLuint texture, std::uint32_t layer, std::uint32_t size) const;
 
   GlProgram depthProgram_, distanceProgram_;  // of directional lights, and of those with a position

@@ -3,6 +3,7 @@
 // is bound by memory and not by the largest framebuffer.
 #include "tools/gl_scene/egl_context.h"
 
+#include "bake/rays/far_level.h"
 #include "tools/gl_scene/gl_level.h"
 #include "tools/gl_scene/level_shader.h"
 #include "tools/gl_scene/shadow_maps.h"
@@ -53,7 +54,7 @@ void main() {
   }
   if (renderSurfaces) {
     outAlbedo = vec4(p, 1.0 / gl_FragCoord.w);
-    outDirect = vec4(levelPlane(p, -ray), 0.0);
+    outDirect = vec4(levelPlane(-ray), 0.0);
     outLinks = vec4(n, 0.0);
     outEmission = vec4(reflect(ray, n), exponent);
     return;
@@ -177,7 +178,7 @@ class GlRenderer {
     drawTile(irradiance_, tile, {}, request_.samples, false);
     glUniform1i(14, 0);
     PixelTextures surfaces = targets_.surfaces(request_.drawsGlossy());
-    surfaces.clipFromWorld = tileClip(request_, level_, tile);
+    surfaces.clipFromWorld = tileView(request_, level_, tile).clipFromWorld();
     if (Status ok = live_->cones->trace(surfaces, live_->voxels.sky()); !ok) return ok;
     const GLuint found[] = {live_->cones->lightTexture(), live_->cones->glossyTexture()};
     for (GLuint i = 0; i < 2; ++i) {
@@ -200,9 +201,9 @@ class GlRenderer {
     glUniform4fv(12, 1, glm::value_ptr(eye));
     glUniform1i(16, links.baked != nullptr ? 1 : 0);
     links.bind(program);
-    const glm::mat4 clip = tileClip(request_, level_, tile);
-    level_.draw(clip, request_.gloss);
-    level_.drawDynamic(clip, {}, request_.gloss);
+    const LevelView view = tileView(request_, level_, tile);
+    level_.draw(view, request_.gloss);
+    level_.drawDynamic(view, {}, request_.gloss);
   }
 
   // Mean of the samples of each pixel of a target.
@@ -269,6 +270,8 @@ class GlRenderer {
 Result<RenderedFrame> renderGl(const Scene& scene, const RenderRequest& request, Context& context) {
   auto egl = EglContext::create();
   if (!egl) return egl.error();
+  const bool hasRays = request.edited || (request.live && request.live->lit && request.bake);  // that light something
+  if (!hasRays) warnOfFarLevel(scene, context);
 
   // Level and shadow maps
   const std::span<const std::uint8_t> isEdited =

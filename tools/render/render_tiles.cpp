@@ -22,9 +22,9 @@ std::vector<Tile> tilesOf(const RenderRequest& request, std::uint32_t samples) {
   return tiles;
 }
 
-glm::mat4 tileClip(const RenderRequest& request, const GlLevel& level, const Tile& tile) {
+LevelView tileView(const RenderRequest& request, const GlLevel& level, const Tile& tile) {
   const CameraRays rays(request.camera, request.width, request.height);
-  const glm::mat4 view = glm::lookAt(rays.origin, rays.origin + rays.forward, glm::normalize(rays.up));
+  const glm::mat4 view = glm::lookAt(glm::vec3(0.0f), rays.forward, glm::normalize(rays.up));
   float far = 0.0f, nearest = 0.0f;
   for (int i = 0; i < 8; ++i) {
     const glm::vec3 corner((i & 1) ? level.boundsMax().x : level.boundsMin().x,
@@ -51,7 +51,7 @@ glm::mat4 tileClip(const RenderRequest& request, const GlLevel& level, const Til
   const glm::vec2 ndc(2.0f * centre.x / size.x - 1.0f, 1.0f - 2.0f * centre.y / size.y);
   const glm::mat4 stretch =
       glm::scale(glm::mat4(1.0f), glm::vec3(scale, 1.0f)) * glm::translate(glm::mat4(1.0f), glm::vec3(-ndc, 0.0f));
-  return stretch * project * view;
+  return {rays.origin, stretch * project * view};
 }
 
 }  // namespace relume

@@ -42,7 +42,7 @@ struct Tile {
 // The tiles of an image with so many sub-pixels along a pixel's side.
 std::vector<Tile> tilesOf(const RenderRequest& request, std::uint32_t samples);
 
-// Clip space of a tile, y up, from the world. Near and far enclose the level.
-glm::mat4 tileClip(const RenderRequest& request, const GlLevel& level, const Tile& tile);
+// What a tile sees, y up, from the camera's place. Near and far enclose the level.
+LevelView tileView(const RenderRequest& request, const GlLevel& level, const Tile& tile);
 
 }  // namespace relume

@@ -4,7 +4,6 @@
 
 #include <glm/common.hpp>
 #include <glm/ext/matrix_clip_space.hpp>
-#include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
@@ -50,11 +49,14 @@ void FlyCamera::turn(float yaw, float pitch) {
   pitchRad = std::clamp(pitchRad + pitch, -kSteepestRad, kSteepestRad);
 }
 
-glm::mat4 FlyCamera::clipFromWorld(float aspect, float near, float far) const {
+LevelView FlyCamera::view(float aspect, float near, float far) const {
   const glm::vec3 x = right(), z = -forward();
-  const glm::mat4 viewFromWorld =
-      glm::translate(glm::mat4(glm::transpose(glm::mat3(x, glm::cross(z, x), z))), -position);
-  return glm::perspective(yfovRad, aspect, near, far) * viewFromWorld;
+  return {position,
+          glm::perspective(yfovRad, aspect, near, far) * glm::mat4(glm::transpose(glm::mat3(x, glm::cross(z, x), z)))};
+}
+
+glm::mat4 FlyCamera::clipFromWorld(float aspect, float near, float far) const {
+  return view(aspect, near, far).clipFromWorld();
 }
 
 }  // namespace relume

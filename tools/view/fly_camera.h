@@ -4,6 +4,7 @@
 #pragma once
 
 #include "relume/bake/scene.h"
+#include "tools/gl_scene/level_view.h"
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
@@ -25,7 +26,8 @@ struct FlyCamera {
   // Move along its own axes: x right, y up, z forward [m].
   void move(const glm::vec3& step);
   void turn(float yaw, float pitch);
-  // Clip space for a target of that aspect; near and far planes [m].
+  // From its position, for a target of that aspect; near and far planes [m].
+  LevelView view(float aspect, float near, float far) const;
   glm::mat4 clipFromWorld(float aspect, float near, float far) const;
 };
 

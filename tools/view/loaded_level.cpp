@@ -2,6 +2,7 @@
 // See loaded_level.h.
 #include "tools/view/loaded_level.h"
 
+#include "bake/rays/far_level.h"
 #include "bake/scene/check_triangles.h"
 #include "relume/bake/bake.h"
 #include "relume/bake/load_scene.h"
@@ -44,6 +45,7 @@ ShownEmission shownEmission(const LoadedLevel& level, const ViewState& state, st
 
 Result<LevelPtr> loadBake(Scene scene, const LevelFiles& files, Context& context) {
   if (Status ok = checkDrawnTriangles(scene); !ok) return ok.error();
+  if (!files.bakeBy) warnOfFarLevel(scene, context);  // else bake() does
   auto level = std::make_shared<LoadedLevel>();
   level->scene = std::move(scene);
   level->sceneFile = files.scene;

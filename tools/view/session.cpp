@@ -167,8 +167,9 @@ void Session::beginFrame(double now, const glm::vec2& windowSize) {
   watchBake();
   const glm::vec2 size = glm::max(windowSize, glm::vec2(1.0f));
   const float aspect = size.x / size.y;
-  pixels_ = {viewer ? viewer->clipFromWorld(state.camera, aspect) : state.camera.clipFromWorld(aspect, 0.1f, 100.0f),
-             state.camera.position, size};
+  pixels_ = {
+      viewer ? viewer->viewOf(state.camera, aspect).clipFromWorld() : state.camera.clipFromWorld(aspect, 0.1f, 100.0f),
+      state.camera.position, size};
 }
 
 bool Session::isMoving() const {

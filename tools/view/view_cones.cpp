@@ -26,7 +26,7 @@ void main() {
   if (!levelOpaque()) discard;
   vec3 n = levelNormal(), p = levelPosition, ray = normalize(p - coneEye);
   outPlace = vec4(p, 1.0 / gl_FragCoord.w);
-  outPlane = vec4(levelPlane(p, -ray), 0.0);
+  outPlane = vec4(levelPlane(-ray), 0.0);
   outNormal = vec4(n, 0.0);
   outMirrored = vec4(reflect(ray, n), coneGloss ? levelExponent(levelMetalRough().y) : coneExponent);
 }

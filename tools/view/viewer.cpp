@@ -135,7 +135,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
     if (lit) lit = splatted;
   }
 
-  const glm::mat4 clip = clipFromWorld(state.camera, static_cast<float>(width) / static_cast<float>(height));
+  const LevelView view = viewOf(state.camera, static_cast<float>(width) / static_cast<float>(height));
   const double splat = nowMs();
   if (wantsCones && !live_) {
     const Status found = lightVoxels(state, lights, moved);
@@ -143,7 +143,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   }
   bool hasCones = wantsCones && (live_ ? !live_->volumes().empty() : voxels_ && voxels_->isLit());
   if (hasCones) {
-    const Status followed = followCones(state, moved, clip, width, height);
+    const Status followed = followCones(state, moved, view, width, height);
     hasCones = static_cast<bool>(followed);
     if (lit) lit = followed;
     glFinish();
@@ -165,14 +165,15 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   if (backdrop_) {
     glDisable(GL_DEPTH_TEST);
-    backdrop_->draw(clip, state.sky.rotationDeg, state.exposure, encode);
+    backdrop_->draw(view.clip, state.sky.rotationDeg, state.exposure, encode);
     glEnable(GL_DEPTH_TEST);
   }
-  if (Status ok = drawLevel(state, lights, moved, clip, encode, hasCones); !ok) return ok;
+  if (Status ok = drawLevel(state, lights, moved, view, encode, hasCones); !ok) return ok;
   // Until a point is picked, the links are those of the middle of the view.
   std::optional<glm::vec3> picked = state.picked;
   if (state.shows(Overlay::links) && !picked) picked = surfaceAt(state, 0.5f * glm::vec2(width, height), width, height);
-  if (overlays_) overlays_->draw(state, relighter(), gl_->gl()->inputs(), picked, {clip, width, height, encode});
+  if (overlays_)
+    overlays_->draw(state, relighter(), gl_->gl()->inputs(), picked, {view.clipFromWorld(), width, height, encode});
   glFinish();
   times_ = {{"shadow maps", shadowed - begin}};
   if (live_) {
@@ -200,7 +201,7 @@ Result<std::vector<glm::vec3>> Viewer::irradiance(const ViewState& state, std::u
   ViewState plain = state;
   plain.mode = ViewMode::irradiance;
   const Status drawn =
-      drawLevel(plain, activeLights(state), movesOf(state), clipFromWorld(state.camera, aspect), false, false);
+      drawLevel(plain, activeLights(state), movesOf(state), viewOf(state.camera, aspect), false, false);
   std::vector<glm::vec4> rows(std::size_t{width} * height);
   glReadPixels(0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGBA, GL_FLOAT, rows.data());
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
@@ -212,31 +213,31 @@ Result<std::vector<glm::vec3>> Viewer::irradiance(const ViewState& state, std::u
   return pixels;
 }
 
-glm::mat4 Viewer::clipFromWorld(const FlyCamera& camera, float aspect) const {
+LevelView Viewer::viewOf(const FlyCamera& camera, float aspect) const {
   const float far = levelSize() + glm::length(camera.position - 0.5f * (level_.boundsMin() + level_.boundsMax()));
   // 2 cm, but less in levels of a few centimetres.
-  return camera.clipFromWorld(aspect, std::max(std::min(0.02f, 8e-3f * far), 5e-4f * far), far);
+  return camera.view(aspect, std::max(std::min(0.02f, 8e-3f * far), 5e-4f * far), far);
 }
 
 // Depths alone, so that each pixel is shaded once.
-void Viewer::drawDepths(const std::vector<glm::mat4>& moved, const glm::mat4& clip) const {
+void Viewer::drawDepths(const std::vector<glm::mat4>& moved, const LevelView& view) const {
   glUseProgram(depthProgram_.name());
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   glDepthFunc(GL_LESS);
   glDepthMask(GL_TRUE);
-  level_.draw(clip);
-  level_.drawDynamic(clip, moved);
+  level_.draw(view);
+  level_.drawDynamic(view, moved);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
 }
 
 Status Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
-                         const glm::mat4& clip, bool encode, bool hasCones) {
+                         const LevelView& view, bool encode, bool hasCones) {
   ShadingKind kind = shadingKind(state, records_ != nullptr, hasCones);
   kind.edited = edits_ && edits_->isLit();
   const Result<GLuint> program = shading_.program(kind, live_ ? nullptr : &*gl_);
   if (!program) return program.error();
   if (state.mode != ViewMode::irradiance) shownKind_ = kind;
-  drawDepths(moved, clip);
+  drawDepths(moved, view);
   glDepthFunc(GL_EQUAL);
   glDepthMask(GL_FALSE);
   shadows_.setUniforms(*program);
@@ -252,9 +253,9 @@ Status Viewer::drawLevel(const ViewState& state, const std::vector<Light>& light
   shadows_.bind();
   if (kind.cones) cones_->bind();
   if (kind.records) ViewRecords::bind(records_.get());
-  level_.draw(clip, state.gloss);
+  level_.draw(view, state.gloss);
   if (kind.records) ViewRecords::bind(nullptr);  // which show the level without what moves
-  level_.drawDynamic(clip, moved, state.gloss);
+  level_.drawDynamic(view, moved, state.gloss);
   glDepthFunc(GL_LESS);
   glDepthMask(GL_TRUE);
   return done();
@@ -267,10 +268,11 @@ std::optional<glm::vec3> Viewer::surfaceAt(const ViewState& state, const glm::ve
   float depth = 1.0f;
   glReadPixels(x, y, 1, 1, GL_DEPTH_COMPONENT, GL_FLOAT, &depth);
   if (!(depth < 1.0f)) return std::nullopt;
-  const glm::dmat4 clip(clipFromWorld(state.camera, static_cast<float>(width) / static_cast<float>(height)));
-  const glm::dvec4 at = glm::inverse(clip) * glm::dvec4(2.0 * (x + 0.5) / width - 1.0, 2.0 * (y + 0.5) / height - 1.0,
-                                                        2.0 * static_cast<double>(depth) - 1.0, 1.0);
-  return glm::vec3(glm::dvec3(at) / at.w);
+  const LevelView view = viewOf(state.camera, static_cast<float>(width) / static_cast<float>(height));
+  const glm::dvec4 clip(2.0 * (x + 0.5) / width - 1.0, 2.0 * (y + 0.5) / height - 1.0,
+                        2.0 * static_cast<double>(depth) - 1.0, 1.0);
+  const glm::dvec4 at = glm::inverse(glm::dmat4(view.clip)) * clip;
+  return glm::vec3(glm::dvec3(view.originWorld) + glm::dvec3(at) / at.w);
 }
 
 std::vector<std::pair<std::string, std::size_t>> Viewer::memory() const {

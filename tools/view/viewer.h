@@ -58,8 +58,8 @@ class Viewer {
   // lights, its error comes back and the level is drawn in last frame's light.
   Status draw(const ViewState& state, GLuint framebuffer, std::uint32_t width, std::uint32_t height, bool encode);
 
-  // Clip space of a target of that aspect; its planes enclose the level.
-  glm::mat4 clipFromWorld(const FlyCamera& camera, float aspect) const;
+  // What a camera sees in a target of that aspect; its planes enclose the level.
+  LevelView viewOf(const FlyCamera& camera, float aspect) const;
 
   // Diagonal of the level's box [m].
   float levelSize() const { return glm::length(level_.boundsMax() - level_.boundsMin()); }
@@ -100,13 +100,13 @@ class Viewer {
   Status build(const RelightChoice& choice, const Relighter* previous);
   Status relight(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved);
   Status lightVoxels(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved);
-  Status followCones(const ViewState& state, const std::vector<glm::mat4>& moved, const glm::mat4& clip,
+  Status followCones(const ViewState& state, const std::vector<glm::mat4>& moved, const LevelView& view,
                      std::uint32_t width, std::uint32_t height);
   void setEmissions(const ViewState& state);
-  void drawDepths(const std::vector<glm::mat4>& moved, const glm::mat4& clip) const;
+  void drawDepths(const std::vector<glm::mat4>& moved, const LevelView& view) const;
   // hasCones: they have been followed for this view.
   Status drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
-                   const glm::mat4& clip, bool encode, bool hasCones);
+                   const LevelView& view, bool encode, bool hasCones);
 
   const LoadedLevel* loaded_;
   const Bake* bake_;

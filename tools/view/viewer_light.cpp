@@ -111,7 +111,7 @@ Status Viewer::lightVoxels(const ViewState& state, const std::vector<Light>& lig
 }
 
 // What cones find for the view.
-Status Viewer::followCones(const ViewState& state, const std::vector<glm::mat4>& moved, const glm::mat4& clip,
+Status Viewer::followCones(const ViewState& state, const std::vector<glm::mat4>& moved, const LevelView& seen,
                            std::uint32_t width, std::uint32_t height) {
   const bool occlusion = state.mode == ViewMode::occlusion;
   if (!cones_ || cones_->isOfOcclusion() != occlusion) {
@@ -121,10 +121,10 @@ Status Viewer::followCones(const ViewState& state, const std::vector<glm::mat4>&
     cones_ = std::move(*made);
   }
   const auto drawn = [&](bool gloss) {
-    level_.draw(clip, gloss);
-    level_.drawDynamic(clip, moved, gloss);
+    level_.draw(seen, gloss);
+    level_.drawDynamic(seen, moved, gloss);
   };
-  const ConeView view{width, height, clip, live_ ? live_->lit() : voxels_->number(), drawn};
+  const ConeView view{width, height, seen.clipFromWorld(), live_ ? live_->lit() : voxels_->number(), drawn};
   if (live_) return cones_->update(state, live_->volumes(), live_->sides(), view);
   const gl::LitSides* const sides = &voxels_->sides();
   return cones_->update(state, voxels_->volume(), {&sides, 1}, view);
