@@ -2,6 +2,7 @@
 // See map_sight.h. Squares are those between the centres of four texels, named after the lowest of these.
 #include "bake/caches/map_sight.h"
 
+#include "bake/base/memory_budget.h"
 #include "bake/base/parallel.h"
 #include "bake/caches/cache_in_sight.h"
 #include "formats/map_sight.h"
@@ -14,7 +15,9 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
+#include <string>
 #include <utility>
 
 namespace relume {
@@ -24,10 +27,16 @@ constexpr std::size_t kSquaresPerChunk = 64;
 constexpr int kFirstSide = 4, kSide = 16;  // points along a square: at first, and where one of those misses a texel
 // What a point costs is the weight of hidden texels that it reads, and this for each texel's width that it is moved.
 constexpr float kMoveCost = 0.4f;
+// Of that for a point in the body of a wall: nobody looks there, so it must not hold visible points beside it in place.
+constexpr float kUnseenMoves = 0.25f;
 constexpr float kLeastKept = 0.1f;   // of a point's weights must be where it is moved to, or nothing is won
 constexpr float kLeastGain = 0.03f;  // a point: what a move, or a line, must save
 constexpr int kLines = 16;           // directions of lines that are tried
-constexpr float kGapGain = 0.02f;    // for the width [texel] of the strip without points that a line lies in
+constexpr float kGapGain = 0.03f;    // a point: for the width [texel] of what is unseen about a line in its middle
+// [texel] More than rounding moves the edges of triangles by; points are further than this from their square's sides.
+constexpr float kRounding = 1.0f / 64.0f;
+constexpr double kListedBytes = 8.0;        // a triangle, in a square's list
+constexpr double kSquareBytes = 8.0 + 4.0;  // a square, while lists are filled and words are found
 
 // Ways to move a point: x + 3 y with what formats/map_sight.h has for either.
 constexpr std::size_t kMoves = 9;
@@ -39,6 +48,8 @@ std::array<float, 4> bilinearWeights(const glm::vec2& f) {
 
 std::uint32_t bitsOf(std::size_t move) { return static_cast<std::uint32_t>(move % 3 | move / 3 << 2); }
 
+constexpr std::array<bool, 4> kAllHidden{true, true, true, true};
+
 // What each move of a point costs; hidden: by texel, lower ones first, x before y.
 MoveCosts costsOf(const glm::vec2& f, const std::array<bool, 4>& hidden) {
   const auto sumHidden = [&](const std::array<float, 4>& weight) {
@@ -48,7 +59,8 @@ MoveCosts costsOf(const glm::vec2& f, const std::array<bool, 4>& hidden) {
   };
   const std::array<float, 4> weight = bilinearWeights(f);
   const float stays = sumHidden(weight);
-  const bool seesNone = hidden[0] && hidden[1] && hidden[2] && hidden[3];
+  const bool seesNone = hidden == kAllHidden;
+  const float moveCost = seesNone ? kUnseenMoves * kMoveCost : kMoveCost;
   MoveCosts costs;
   for (std::size_t move = 0; move < kMoves; ++move) {
     const glm::vec2 to = placeInSight(packMapSight(0, 0, 0, bitsOf(move), 0), f);
@@ -56,7 +68,7 @@ MoveCosts costsOf(const glm::vec2& f, const std::array<bool, 4>& hidden) {
     float kept = 0.0f;
     for (std::size_t k = 0; k < 4; ++k) kept += moved[k] > 0.0f ? weight[k] : 0.0f;
     const float reads = seesNone ? 0.0f : kept < kLeastKept ? stays : sumHidden(moved);
-    costs[move] = reads + kMoveCost * glm::distance(f, to);
+    costs[move] = reads + moveCost * glm::distance(f, to);
   }
   return costs;
 }
@@ -64,6 +76,7 @@ MoveCosts costsOf(const glm::vec2& f, const std::array<bool, 4>& hidden) {
 struct SquarePoint {
   glm::vec2 place;  // in the square [0..1]
   MoveCosts costs;
+  bool isUnseen = false;  // it is in a wall and sees none of the caches
 };
 
 void add(MoveCosts& sum, const MoveCosts& costs, float times) {
@@ -79,22 +92,31 @@ struct Fit {
   float cost = 0.0f;
 };
 
-// A line between points parts them.
+// A line between points parts them. It lies within a wall, and not along its face: points are too few to tell a face.
 void fitLine(std::span<const SquarePoint> points, const MoveCosts& all, Fit& fit) {
+  const float gapGain = kGapGain * static_cast<float>(points.size()) / 127.0f;
   std::vector<std::pair<float, std::size_t>> order(points.size());  // along the line's normal
+  std::vector<float> nextSeen(points.size());                       // where the first that is seen from there on is
   for (int line = 0; line < kLines; ++line) {
     const float angle = std::numbers::pi_v<float> * static_cast<float>(line) / static_cast<float>(kLines);
     const glm::vec2 normal = glm::round(127.0f * glm::vec2(std::cos(angle), std::sin(angle)));
     for (std::size_t i = 0; i < points.size(); ++i) order[i] = {glm::dot(normal, points[i].place - 0.5f), i};
     std::sort(order.begin(), order.end());
+    for (std::size_t i = order.size(); i-- > 0;) {
+      const bool isOver = i + 1 == order.size() || !points[order[i].second].isUnseen;
+      nextSeen[i] = isOver ? order[i].first : nextSeen[i + 1];
+    }
     MoveCosts near{}, beyond = all;
+    float lastSeen = 0.0f;
     for (std::size_t i = 0; i + 1 < order.size(); ++i) {
       add(near, points[order[i].second].costs, 1.0f);
       add(beyond, points[order[i].second].costs, -1.0f);
+      if (i == 0 || !points[order[i].second].isUnseen) lastSeen = order[i].first;
       const float low = order[i].first, high = order[i + 1].first, offset = std::nearbyint(0.5f * (low + high));
       if (!(offset >= low && offset < high)) continue;
       const std::size_t a = cheapest(near), b = cheapest(beyond);
-      const float cost = near[a] + beyond[b] - kGapGain * (high - low) / 127.0f;
+      const float gap = 2.0f * std::min(offset - lastSeen, nextSeen[i + 1] - offset);
+      const float cost = near[a] + beyond[b] - gapGain * gap;
       if (!(cost < fit.cost)) continue;
       fit = {packMapSight(static_cast<int>(normal.x), static_cast<int>(normal.y), static_cast<int>(offset), bitsOf(a),
                           bitsOf(b)),
@@ -196,13 +218,30 @@ class MapTriangles {
   glm::vec2 size_;
 };
 
+// The least and the largest x of a triangle from y to y + 1, which it reaches.
+glm::vec2 rangeInRow(const std::array<glm::vec2, 3>& corner, float y) {
+  constexpr float kMax = std::numeric_limits<float>::max();
+  glm::vec2 range(kMax, -kMax);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const glm::vec2 &a = corner[k], &b = corner[(k + 1) % 3];
+    if (std::max(a.y, b.y) < y || std::min(a.y, b.y) > y + 1.0f) continue;
+    // Of the edge's part in the row, the end towards `from`.
+    const auto endAt = [y](const glm::vec2& from, const glm::vec2& to) {
+      const float in = glm::clamp(from.y, y, y + 1.0f);
+      return in == from.y ? from.x : from.x + (in - from.y) / (to.y - from.y) * (to.x - from.x);
+    };
+    for (const float x : {endAt(a, b), endAt(b, a)}) range = {std::min(range.x, x), std::max(range.y, x)};
+  }
+  return range;
+}
+
 // The triangles over each square: of square s those from begin[s] to begin[s + 1], by MapTriangles' numbers.
 struct TrianglesBySquare {
   std::vector<std::uint64_t> begin;
   std::vector<std::uint64_t> side;
 };
 
-TrianglesBySquare sortBySquare(const MapTriangles& triangles, const Lightmap& map, Context& context) {
+Result<TrianglesBySquare> sortBySquare(const MapTriangles& triangles, const Lightmap& map, Context& context) {
   TrianglesBySquare sorted;
   sorted.begin.assign(std::size_t{map.width} * map.height + 1, 0);
   const auto visit = [&](const auto& each) {
@@ -212,12 +251,23 @@ TrianglesBySquare sortBySquare(const MapTriangles& triangles, const Lightmap& ma
       const auto& [a, b, c] = triangle.corner;
       const glm::uvec2 low(glm::min(a, glm::min(b, c))), high(glm::max(a, glm::max(b, c)));
       for (std::uint32_t y = low.y; y <= high.y; ++y) {
-        for (std::uint32_t x = low.x; x <= high.x; ++x) each(std::size_t{y} * map.width + x, side);
+        // Not all of the bounding box: that of a long sliver has far more squares than it crosses.
+        const glm::vec2 range = rangeInRow(triangle.corner, static_cast<float>(y));
+        const auto first = std::max(low.x, static_cast<std::uint32_t>(std::max(0.0f, range.x - kRounding)));
+        const auto last = std::min(high.x, static_cast<std::uint32_t>(range.y + kRounding));
+        for (std::uint32_t x = first; x <= last; ++x) each(std::size_t{y} * map.width + x, side);
       }
     }
   };
   visit([&](std::size_t square, std::uint64_t) { ++sorted.begin[square + 1]; });
   for (std::size_t s = 1; s < sorted.begin.size(); ++s) sorted.begin[s] += sorted.begin[s - 1];
+  const auto listed = static_cast<double>(sorted.begin.back()), squares = static_cast<double>(map.cache.size());
+  if (const Status reserved =
+          reserveMemory(context, "light map", kListedBytes * listed + kSquareBytes * squares,
+                        std::to_string(sorted.begin.back()) + " places of triangles between its texels",
+                        "lower --lightmap-caches or --lightmap");
+      !reserved)
+    return reserved.error();
   sorted.side.resize(sorted.begin.back());
   std::vector<std::uint64_t> next(sorted.begin.begin(), sorted.begin.end() - 1);
   visit([&](std::size_t square, std::uint64_t side) { sorted.side[next[square]++] = side; });
@@ -274,7 +324,7 @@ class SquareSight {
         triangle.point.barycentric = w;
         const std::array<bool, 4> hidden = hiddenFrom(square, triangle);
         isAnyHidden |= hidden != std::array<bool, 4>{};
-        points.push_back({f, costsOf(f, hidden)});
+        points.push_back({f, costsOf(f, hidden), hidden == kAllHidden});
         isTaken[static_cast<std::size_t>(i)] = true;
       }
     }
@@ -301,11 +351,14 @@ class SquareSight {
 
 }  // namespace
 
-std::vector<std::uint32_t> findMapSight(const RayTracer& tracer, const PlacedCaches& caches, Context& context) {
-  if (caches.corners.front.empty()) return {};
+Result<std::vector<std::uint32_t>> findMapSight(const RayTracer& tracer, const PlacedCaches& caches, Context& context) {
+  std::vector<std::uint32_t> words;
+  if (caches.corners.front.empty()) return words;
   const SquareSight sight(tracer, caches);
-  const TrianglesBySquare sorted = sortBySquare(sight.triangles(), caches.lightmap, context);
-  std::vector<std::uint32_t> words(caches.lightmap.cache.size(), 0);
+  const Result<TrianglesBySquare> lists = sortBySquare(sight.triangles(), caches.lightmap, context);
+  if (!lists) return lists.error();
+  const TrianglesBySquare& sorted = *lists;
+  words.assign(caches.lightmap.cache.size(), 0);
   parallelChunks(context, "", words.size(), kSquaresPerChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t square = begin; square < end; ++square) {
       const std::uint64_t first = sorted.begin[square], count = sorted.begin[square + 1] - first;
@@ -313,7 +366,7 @@ std::vector<std::uint32_t> findMapSight(const RayTracer& tracer, const PlacedCac
         words[square] = sight.of(static_cast<std::uint32_t>(square), std::span(sorted.side).subspan(first, count));
     }
   });
-  if (std::all_of(words.begin(), words.end(), [](std::uint32_t word) { return word == 0; })) return {};
+  if (std::all_of(words.begin(), words.end(), [](std::uint32_t word) { return word == 0; })) words.clear();
   return words;
 }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "bake/caches/caches.h"
+#include "relume/result.h"
 
 #include <cstdint>
 #include <vector>
@@ -13,6 +14,7 @@ namespace relume {
 
 // Lightmap::sight of caches that are otherwise complete: what points of the surfaces between four texels see of these
 // texels' caches decides where they are read. Empty where all is read where it is. The same at any number of threads.
-std::vector<std::uint32_t> findMapSight(const RayTracer& tracer, const PlacedCaches& caches, Context& context);
+// Fails where what it holds meanwhile is beyond the budget (bake/base/memory_budget.h).
+Result<std::vector<std::uint32_t>> findMapSight(const RayTracer& tracer, const PlacedCaches& caches, Context& context);
 
 }  // namespace relume

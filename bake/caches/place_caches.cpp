@@ -90,8 +90,10 @@ Result<PlacedCaches> placeCaches(const RayTracer& tracer, const PlaySpace& playS
                                        " of a bake; ask for fewer on the light map or in the grid"};
   }
   context.figure("caches", caches.count());
-  caches.lightmap.sight = findMapSight(tracer, caches, context);
+  auto sight = findMapSight(tracer, caches, context);
   if (context.cancelled()) return cancelledError();
+  if (!sight) return sight.error();
+  caches.lightmap.sight = std::move(*sight);
   return caches;
 }
 

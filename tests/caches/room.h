@@ -22,13 +22,13 @@ inline Scene roomScene() {
   return scene;
 }
 
-// A room whose floor, in one piece, goes on under a thin wall across it, with its middle at x = kWall.
+// A room whose floor, in one piece, goes on under a thin wall across it, with its middle at x = `middle`.
 inline constexpr float kWall = 0.23f, kHalfThickness = 0.05f;
-inline Scene walledRoomScene() {
+inline Scene walledRoomScene(float middle = kWall, float halfThickness = kHalfThickness) {
   Scene scene;
   Mesh room, wall;
   addBox(room, {-4, 0, -3}, {4, 3, 3}, true);
-  addBox(wall, {kWall - kHalfThickness, 0, -3}, {kWall + kHalfThickness, 3, 3}, false);
+  addBox(wall, {middle - halfThickness, 0, -3}, {middle + halfThickness, 3, 3}, false);
   addInstance(scene, std::move(room), "room");
   addInstance(scene, std::move(wall), "wall");
   scene.cameras = {cameraAt({-2, 1.4f, 0.3f}), cameraAt({2, 1.4f, -0.4f})};
