@@ -32,6 +32,7 @@ using Clock = std::chrono::steady_clock;
 constexpr float kLeastAccuracy = 0.02f;
 constexpr std::uint32_t kMostRays = 65536;
 constexpr float kCoarsest = 1.0f;      // accuracy of the first picture under a time limit
+constexpr double kDiffuseShare = 0.5;  // of the time limit, where mirrors need records as well
 constexpr float kFarthest = 4.0f;      // times the accuracy up to which records reach out for pixels that have none
 constexpr float kFiner = 2.0f / 3.0f;  // times the accuracy where few records do
 constexpr float kMoreRays = 16.0f / 9.0f, kSimplest = 2.0f;  // times the rays there, and twice as many for half of few
@@ -71,9 +72,16 @@ RecordGatherer::Options gatherOptions(const PreviewOptions& o) {
 // The accuracies to reach one after the other: under a time limit, from coarse to what is asked for.
 std::vector<float> accuraciesOf(const PreviewOptions& options) {
   std::vector<float> list;
-  for (float a = kCoarsest; options.timeLimitSeconds > 0.0f && a > options.accuracy; a *= 0.5f) list.push_back(a);
+  for (float a = kCoarsest; options.timeLimitSeconds > 0.0 && a > options.accuracy; a *= 0.5f) list.push_back(a);
   list.push_back(options.accuracy);
   return list;
+}
+
+// When `share` of the time for records is over; nothing without a limit.
+Deadline deadlineOf(const PreviewOptions& options, Clock::time_point begin, double share) {
+  if (options.timeLimitSeconds == 0.0) return std::nullopt;
+  const std::chrono::duration<double> seconds(share * options.timeLimitSeconds);
+  return begin + std::chrono::duration_cast<Clock::duration>(seconds);
 }
 
 // What takes the time that a picture of few records leaves: more of them, of more rays, the more the fewer they were.
@@ -87,10 +95,11 @@ PreviewOptions finerThan(const PreviewOptions& options, std::size_t records) {
   return finer;
 }
 
-// Place records; returns how they are read, or nothing where the picture is simple.
+// Place records, those of the first accuracy however late it is; returns how they are read, or nothing where the
+// picture is simple.
 std::optional<Interpolation> place(const RecordGatherer& gatherer, const CameraRays& camera,
                                    std::span<const PixelReceiver> receivers, const DrawHemispheres* draw,
-                                   const RecordKeeper* keeper, const PreviewOptions& options,
+                                   const RecordKeeper* keeper, const PreviewOptions& options, const Deadline& deadline,
                                    std::vector<Record>& cache, PreviewFrame& frame, Context& context) {
   const Clock::time_point begin = Clock::now();
   PlacementOptions placement;
@@ -98,9 +107,6 @@ std::optional<Interpolation> place(const RecordGatherer& gatherer, const CameraR
   placement.maxRecords = options.maxRecords;
   placement.draw = draw;
   placement.keeper = keeper;
-  if (options.timeLimitSeconds > 0.0f)
-    placement.deadline =
-        begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.timeLimitSeconds));
   Interpolation reached{options.weight, 0.0f, options.gradients};
   reached.minPixels = options.minPixels;
   reached.reach = options.reach;
@@ -110,9 +116,9 @@ std::optional<Interpolation> place(const RecordGatherer& gatherer, const CameraR
     Placement outcome = placeRecords(gatherer, camera, receivers, placement, cache, context);
     const bool first = reached.accuracy == 0.0f;
     if (first) frame.firstSeconds = secondsSince(begin);
+    placement.deadline = deadline;
     if (outcome == Placement::complete || first) reached = placement.interpolation;
-    if (cache.size() < options.fewRecords && accuracy == options.accuracy && outcome == Placement::complete)
-      return std::nullopt;
+    if (!deadline && cache.size() < options.fewRecords && outcome == Placement::complete) return std::nullopt;
     // Contradictions are settled at the accuracy that is asked for: on the way there others are in a hurry.
     const int rounds = accuracy == options.accuracy ? options.rounds : 0;
     for (int round = 0; round < rounds && outcome == Placement::complete; ++round) {
@@ -218,6 +224,10 @@ struct Mirrors {
   std::optional<RecordTiles> tiles;
   Interpolation interpolation;
   std::vector<MirrorSplat> drawn;  // by a rasteriser
+
+  bool needRecords() const {
+    return std::any_of(surfaces.begin(), surfaces.end(), [](const MirrorSurface& s) { return s.byRecords(); });
+  }
 };
 
 // Bend the receivers' normals, and find those that need radiance records.
@@ -253,7 +263,8 @@ std::vector<PixelReceiver> diffuseReceivers(std::span<const PixelReceiver> recei
 
 // Place radiance records; they are read as printed, contradictions between them are not looked for.
 void placeMirrors(const RecordGatherer& gatherer, const CameraRays& camera, const DrawHemispheres* draw,
-                  const PreviewOptions& options, Mirrors& mirrors, PreviewFrame& frame, Context& context) {
+                  const PreviewOptions& options, const Deadline& deadline, Mirrors& mirrors, PreviewFrame& frame,
+                  Context& context) {
   float sharpest = 1.0f;
   std::vector<float> exponents;
   for (const MirrorSurface& surface : mirrors.surfaces) {
@@ -264,13 +275,13 @@ void placeMirrors(const RecordGatherer& gatherer, const CameraRays& camera, cons
   PreviewOptions printed = options;
   printed.rounds = 0;
   printed.fewRecords = 0;
-  const float farthest = options.timeLimitSeconds > 0.0f ? std::max(kCoarsest, options.accuracy) : options.accuracy;
+  const float farthest = options.timeLimitSeconds > 0.0 ? std::max(kCoarsest, options.accuracy) : options.accuracy;
   mirrors.lobes.emplace(order, LobeKind::mean, context);
   mirrors.radiance.emplace(gatherer.cells(), *mirrors.lobes, farthest, options.reach);
   const RecordKeeper keeper = mirrors.radiance->keeper(exponents);
   PreviewFrame timed;
   mirrors.interpolation =
-      *place(gatherer, camera, mirrors.receivers, draw, &keeper, printed, mirrors.records, timed, context);
+      *place(gatherer, camera, mirrors.receivers, draw, &keeper, printed, deadline, mirrors.records, timed, context);
   mirrors.tiles.emplace(camera, mirrors.records, mirrors.interpolation);
   frame.glossyRecords = static_cast<std::uint32_t>(mirrors.records.size());
   frame.recordSeconds += timed.recordSeconds;
@@ -362,11 +373,13 @@ Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance&
     record.footprint = footprint > 0.0f ? footprint : record.footprint;
   }
 
-  // 2. to 4. Records wherever there are none
+  // 2. to 4. Records wherever there are none: those of mirrors in what is left of the time
+  const Clock::time_point begin = Clock::now();
+  const Deadline deadline = deadlineOf(options, begin, mirrors && mirrors->needRecords() ? kDiffuseShare : 1.0);
   std::optional<RecordGatherer> gatherer(std::in_place, scene.transport, reflected, scene.sky, gatherOptions(options));
   std::uint64_t raysBefore = 0;
   std::optional<Interpolation> placed =
-      place(*gatherer, camera, lit, scene.draw, nullptr, options, cache, frame, context);
+      place(*gatherer, camera, lit, scene.draw, nullptr, options, deadline, cache, frame, context);
   if (!placed) {
     // Records of before are of this picture's accuracy as well, and would stay as they are.
     raysBefore = gatherer->raysTraced();
@@ -374,12 +387,13 @@ Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance&
     const PreviewOptions finer = finerThan(options, cache.size());
     gatherer.emplace(scene.transport, reflected, scene.sky, gatherOptions(finer));
     cache.clear();
-    placed = place(*gatherer, camera, lit, scene.draw, nullptr, finer, cache, frame, context);
+    placed = place(*gatherer, camera, lit, scene.draw, nullptr, finer, deadline, cache, frame, context);
     frame.recordSeconds += first;
     frame.firstSeconds = first;
   }
   const Interpolation interpolation = *placed;
-  if (mirrors && !context.cancelled()) placeMirrors(*gatherer, camera, scene.draw, options, *mirrors, frame, context);
+  if (mirrors && !context.cancelled())
+    placeMirrors(*gatherer, camera, scene.draw, options, deadlineOf(options, begin, 1.0), *mirrors, frame, context);
   if (context.cancelled()) return cancelledError();
   frame.records = static_cast<std::uint32_t>(cache.size());
   frame.rays = raysBefore + gatherer->raysTraced();

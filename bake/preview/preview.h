@@ -42,7 +42,7 @@ struct PreviewOptions {
   float planeFovDeg = 126.87f;        // [10..175] that the plane spans
   std::uint32_t maxRecords = 200000;  // [1..10000000]
   std::uint32_t emitterRays = 32;     // [1..1024] shadow rays of a pixel toward emitters
-  float timeLimitSeconds = 0.0f;      // [>= 0] of the records; 0 = none
+  double timeLimitSeconds = 0.0;      // [>= 0] of all records; 0 = none
   bool gloss = false;                 // surfaces mirror as their materials say (relume/glossy.h), by radiance records
   int glossyOrder = 0;                // [0..10] of their hemispherical harmonics; 0 = as the sharpest lobe needs
   std::uint64_t seed = 1;
@@ -91,7 +91,9 @@ struct PreviewFrame {
 
 // Render a frame. `cache`: records of frames before, of the same scene, lights and options but for the camera; those
 // that this one needs in addition are appended. The same picture at any thread count, but with a time limit, which
-// makes records coarse to fine and keeps the finest that is complete.
+// makes records coarse to fine and keeps the finest that is complete: the coarsest is made whatever the time. Those of
+// mirrors have the time that others leave, which have half of it where there are mirrors. Few records do not become
+// finer then.
 // usage: an option out of range, or a fan that is to be drawn; failed: cancelled. Errors of PreviewScene::splat and
 // mirrors.
 Result<PreviewFrame> renderPreview(const PreviewScene& scene, const HitRadiance& reflected,

@@ -456,6 +456,17 @@ TEST(ComparePage, hasEveryPanelAndNothingFromOutside) {
   EXPECT_NE(same.find("Same bytes"), std::string::npos);
 }
 
+TEST(CompareReport, aBoundOfZeroHasNoSign) {
+  const BakeFile a = fileOf(makeSmallBake(), "zero_a"), b = fileOf(blackBake(), "zero_b");
+  CompareBounds bounds;
+  bounds.maxRmse = bounds.maxCacheChange = bounds.maxReceiverChange = -0.0;
+  const Json report = reportDifference(a, b, difference(a.bake, b.bake), {}, bounds);
+  for (const char* bound : {"maxRmse", "maxCacheChange", "maxReceiverChange"})
+    EXPECT_FALSE(std::signbit(report["verdict"][bound].get<double>())) << bound;
+  EXPECT_NE(reportAsText(report).find("bound 0: EXCEEDED"), std::string::npos) << reportAsText(report);
+  EXPECT_EQ(reportAsText(report).find("bound -0"), std::string::npos) << reportAsText(report);
+}
+
 TEST(CompareReport, aHostsCommasChangeNothing) {
   Bake other = makeSmallBake();
   scaleLinks(other, 2, 4, 0.5f);

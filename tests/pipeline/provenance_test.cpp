@@ -3,12 +3,15 @@
 #include "relume/bake/provenance.h"
 #include "relume/bake_file.h"
 #include "tests/pipeline/provenance_level.h"
+#include "tools/compare/fit_bake.h"
 #include "tools/compare/staleness.h"
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -145,6 +148,36 @@ TEST(Provenance, aStaleBakeIsFittedToItsScene) {
     EXPECT_EQ(fitted.instances[fitted.surfels.instance[i]].node,
               baked->bake.instances[baked->bake.surfels.instance[i]].node);
   EXPECT_TRUE(serializeBake(fitted)) << "still a bake";
+}
+
+// A bake that is read all the same is warned of without the advice of one that is refused.
+TEST(Provenance, aStaleBakeThatIsReadIsOneWarning) {
+  GltfBuilder base = makeBase();
+  const std::optional<Baked> baked = bakeLevel(*base.import());
+  ASSERT_TRUE(baked);
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "relume_stale_read.relume";
+  ASSERT_TRUE(writeBake(baked->bake, file));
+  base.node({{"name", "New"}, {"mesh", 1}});
+  Result<Scene> scene = base.import();
+  ASSERT_TRUE(scene);
+  std::vector<std::string> warnings;
+  Context context;
+  context.onMessage = [&](Severity, std::string_view text) { warnings.emplace_back(text); };
+  for (const bool isExported : {false, true}) {
+    if (isExported) scene->exportedWith = 1;
+    const auto refused = readBakeOf(*scene, file.string(), "new.glb", false, context);
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find(", or give --allow-stale"), std::string::npos) << refused.error().message;
+    EXPECT_TRUE(warnings.empty());
+    ASSERT_TRUE(readBakeOf(*scene, file.string(), "new.glb", true, context));
+    ASSERT_EQ(warnings.size(), 1u);
+    const std::string said = std::exchange(warnings, {}).front();
+    for (const char* word : {"new.glb", "; used all the same (--allow-stale): 2 of 3 parts found by name, the others "})
+      EXPECT_NE(said.find(word), std::string::npos) << said;
+    for (const char* word : {"or give --allow-stale", "was refused", "bake again", "give the level"})
+      EXPECT_EQ(said.find(word), std::string::npos) << said;
+  }
+  std::filesystem::remove(file);
 }
 
 }  // namespace

@@ -87,14 +87,14 @@ TEST(CancelPreview, noRecordIsBegunAfterACancel) {
   }
 }
 
-// A picture that is asked for everything that draws: coarse records before fine ones, finer ones where they are few,
-// rounds against contradictions, and those of mirrors.
+// A picture that is asked for all that draws: rounds against contradictions, records of mirrors, and with a time limit
+// coarse records before fine ones, without one finer ones where they are few.
 struct DrawnPicture {
   Result<PreviewFrame> frame = cancelledError();
   int draws = 0, looks = 0;
 };
 
-DrawnPicture drawPicture(const CancelRoom& room, const RayTracer& tracer, int cancelAt) {
+DrawnPicture drawPicture(const CancelRoom& room, const RayTracer& tracer, double timeLimitSeconds, int cancelAt) {
   DrawnPicture out;
   Context context;
   context.threads = 1;
@@ -115,7 +115,7 @@ DrawnPicture drawPicture(const CancelRoom& room, const RayTracer& tracer, int ca
   options.planeSide = 4;
   options.gloss = true;
   options.fewRecords = 1000000;
-  options.timeLimitSeconds = 1e6f;
+  options.timeLimitSeconds = timeLimitSeconds;
   std::vector<Record> cache;
   out.frame = renderPreview(asked, even, options, cache, context);
   out.looks = splats.looks;
@@ -125,16 +125,18 @@ DrawnPicture drawPicture(const CancelRoom& room, const RayTracer& tracer, int ca
 TEST(CancelPreview, nothingIsDrawnAfterACancel) {
   const CancelRoom room;
   const RayTracer tracer = tracerOf(room.scene);
-  const DrawnPicture whole = drawPicture(room, tracer, 0);
-  ASSERT_TRUE(whole.frame) << whole.frame.error().message;
-  ASSERT_GT(whole.draws, 20);
-  EXPECT_EQ(whole.looks, 1);
-  // Moments of each part; the last draws are of mirrors.
-  for (const int at : {1, 2, whole.draws / 8, whole.draws / 4, whole.draws / 2, whole.draws - 1, whole.draws}) {
-    const DrawnPicture cancelled = drawPicture(room, tracer, at);
-    expectCancelled(cancelled.frame);
-    EXPECT_EQ(cancelled.draws, at);
-    EXPECT_EQ(cancelled.looks, 0) << "after " << at << " of " << whole.draws;
+  for (const double limit : {0.0, 1e6}) {
+    const DrawnPicture whole = drawPicture(room, tracer, limit, 0);
+    ASSERT_TRUE(whole.frame) << whole.frame.error().message;
+    ASSERT_GT(whole.draws, 20) << limit;
+    EXPECT_EQ(whole.looks, 1);
+    // Moments of each part; the last draws are of mirrors.
+    for (const int at : {1, 2, whole.draws / 8, whole.draws / 4, whole.draws / 2, whole.draws - 1, whole.draws}) {
+      const DrawnPicture cancelled = drawPicture(room, tracer, limit, at);
+      expectCancelled(cancelled.frame);
+      EXPECT_EQ(cancelled.draws, at);
+      EXPECT_EQ(cancelled.looks, 0) << "after " << at << " of " << whole.draws;
+    }
   }
 }
 

@@ -13,8 +13,12 @@
 
 #include <glm/geometric.hpp>
 
+#include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace relume {
@@ -218,6 +222,44 @@ TEST(MirrorPreview, withoutGlossThereAreNoLayersAndMaterialsDoNotMatter) {
   EXPECT_EQ(metal.albedo, other.albedo);
 }
 
+// Time that has gone by before mirrors get records is not given again: they have those of the first picture, which is
+// whole however late it is. Of the time that there is, half is theirs.
+TEST(MirrorPreview, aTimeLimitIsOfAllRecordsTogether) {
+  const MirrorRoom room;
+  const RayTracer tracer = room.tracer();
+  // The first record takes that share of the time.
+  const auto picture = [&](double limitSeconds, double share) {
+    std::atomic<bool> waits = share > 0.0;
+    const HitRadiance light = [&](std::uint64_t, float, std::span<const Ray>, std::span<const Hit>,
+                                  std::span<glm::vec3> radiance) {
+      if (waits.exchange(false)) std::this_thread::sleep_for(std::chrono::duration<double>(share * limitSeconds));
+      std::fill(radiance.begin(), radiance.end(), glm::vec3(1.0f));
+    };
+    PreviewOptions options = smallGlossyPicture();
+    options.rays = 16;
+    options.glossyOrder = 2;
+    options.samples = 1;
+    options.timeLimitSeconds = limitSeconds;
+    Context context;
+    std::vector<Record> cache;
+    const auto frame =
+        renderPreview({tracer, tracer, room.camera, {}, false, room.sky}, light, options, cache, context);
+    EXPECT_TRUE(frame);
+    return *frame;
+  };
+  const PreviewFrame first = picture(1e-300, 0.0), late = picture(0.3, 1.1), half = picture(0.3, 0.6),
+                     whole = picture(1e6, 0.0);
+  EXPECT_EQ(first.accuracy, 1.0f);
+  EXPECT_EQ(first.extended, 0u);
+  EXPECT_GT(first.glossyRecords, 0u);
+  EXPECT_EQ(late.records, first.records);
+  EXPECT_EQ(late.glossyRecords, first.glossyRecords);
+  EXPECT_EQ(half.records, first.records);
+  EXPECT_GT(whole.records, first.records);
+  EXPECT_GT(whole.glossyRecords, first.glossyRecords);
+  EXPECT_FLOAT_EQ(whole.accuracy, smallGlossyPicture().accuracy);
+}
+
 // Few records, a time limit, triangles without an area, and orders out of range.
 TEST(MirrorPreview, limitsAndBadLevelsLeaveFinitePictures) {
   MirrorRoom room;
@@ -231,7 +273,7 @@ TEST(MirrorPreview, limitsAndBadLevelsLeaveFinitePictures) {
   };
   EXPECT_TRUE(isFinite(room.preview(options)));
   options = smallGlossyPicture();
-  options.timeLimitSeconds = 1e-6f;
+  options.timeLimitSeconds = 1e-300;
   EXPECT_TRUE(isFinite(room.preview(options)));
   options = smallGlossyPicture();
   options.glossyOrder = 1;

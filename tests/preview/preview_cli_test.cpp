@@ -117,6 +117,10 @@ TEST_F(PreviewCommand, aTimeLimitIsKeptAndAPngIsWritten) {
   EXPECT_GT(json["accuracy"].get<double>(), 0.15);
   EXPECT_TRUE(json["png"].contains("exposureStops"));
   EXPECT_EQ(readAll(png).substr(1, 3), "PNG");
+  // Less than a float holds is a limit all the same.
+  const ProgramResult least = preview({"--source", "direct", "--time-limit", "1e-300", "--json"});
+  ASSERT_EQ(least.status, 0) << least.err;
+  EXPECT_EQ(nlohmann::json::parse(least.out)["accuracy"].get<double>(), 1.0);
 }
 
 TEST_F(PreviewCommand, recordsAndTheirWeightsCanBeLookedAt) {

@@ -321,10 +321,11 @@ TEST(Preview, tooFewRecordsReachFartherAndNoPixelStaysDark) {
 TEST(Preview, aTimeLimitLeavesAWholePicture) {
   const FurnishedRoom room;
   PreviewOptions options = smallPicture();
-  options.timeLimitSeconds = 1e-6f;
+  options.timeLimitSeconds = 1e-300;
   const PreviewFrame frame = preview(room.scene, room.asked, options);
-  EXPECT_EQ(frame.width, options.width);
-  options.timeLimitSeconds = 1000.0f;
+  EXPECT_EQ(frame.accuracy, 1.0f) << "the first picture, however short the time";
+  EXPECT_EQ(frame.extended, 0u) << "is whole";
+  options.timeLimitSeconds = 1000.0;
   const PreviewFrame whole = preview(room.scene, room.asked, options);
   EXPECT_FLOAT_EQ(whole.accuracy, options.accuracy);
   EXPECT_GT(whole.firstSeconds, 0.0);
@@ -388,7 +389,7 @@ TEST(Preview, optionsOutOfRangeAreRefused) {
         +[](PreviewOptions& o) { o.samples = 17; }, +[](PreviewOptions& o) { o.accuracy = 0.0f; },
         +[](PreviewOptions& o) { o.accuracy = NAN; }, +[](PreviewOptions& o) { o.rays = 15; },
         +[](PreviewOptions& o) { o.planeFovDeg = 180.0f; }, +[](PreviewOptions& o) { o.planeSide = 1; },
-        +[](PreviewOptions& o) { o.maxRecords = 0; }, +[](PreviewOptions& o) { o.timeLimitSeconds = -1.0f; },
+        +[](PreviewOptions& o) { o.maxRecords = 0; }, +[](PreviewOptions& o) { o.timeLimitSeconds = -1.0; },
         +[](PreviewOptions& o) { o.contrast = 0.0f; }, +[](PreviewOptions& o) { o.rounds = 17; },
         +[](PreviewOptions& o) { o.emitterRays = 0; }}) {
     PreviewOptions options = smallPicture();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// relume-view without a window: bakes that are not of the level, lights of a file.
+// relume-view without a window: bakes that are not of the level, lights of a file, cameras.
+#include "tests/cli/make_gltf.h"
 #include "tests/cli/run_program.h"
 #include "tools/images/read_picture.h"
 
@@ -207,6 +208,27 @@ TEST_F(ViewerCommand, aSkyMapLightsAndIsSeen) {
   EXPECT_EQ(view(kLevel, made, "none", "--sky-rotation 90"), 1);
   EXPECT_NE(log().find("--sky-rotation needs --sky-map"), std::string::npos) << log();
   EXPECT_FALSE(fs::exists(folder_ / "none"));
+}
+
+TEST_F(ViewerCommand, anOrthographicCameraIsWarnedOf) {
+  std::string text = makeGltf({});
+  const std::string perspective = R"("type":"perspective","perspective":{"yfov":1,"znear":0.1})";
+  const std::size_t found = text.find(perspective);
+  ASSERT_NE(found, std::string::npos);
+  text.replace(found, perspective.size(),
+               R"("type":"orthographic","orthographic":{"xmag":2,"ymag":2,"znear":0.1,"zfar":9})");
+  std::ofstream(at("plan.gltf")) << text;
+  const std::string command = "'" RELUME_VIEW "' '" + at("plan.gltf") +
+                              "' --headless 1 --size 64x36 --shadow-size 64 --live-cells 8 --live-rays 16 --camera "
+                              "Eye -o '" +
+                              at("frames") + "' >'" + at("log.txt") + "' 2>&1";
+  const int status = WEXITSTATUS(std::system(command.c_str()));
+  const std::string warning = "relume-view: warning: camera \"cam\" is orthographic";
+  EXPECT_NE(log().find(warning), std::string::npos) << log();
+  EXPECT_EQ(log().find(warning), log().rfind(warning)) << "once: " << log();
+  if (status == kNoGl) GTEST_SKIP() << log();
+  EXPECT_EQ(status, 0) << log();
+  EXPECT_TRUE(fs::exists(folder_ / "frames" / "frame_0000.png"));
 }
 
 // Cameras that no node has are none of the level's: the viewer looks where `relume render` does.

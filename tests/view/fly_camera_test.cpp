@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What a flying camera sees is what the level's camera sees that it was taken from.
+// What a flying camera sees is what the level's camera sees that it was taken from; where it cannot, a warning says so.
 #include "tools/view/fly_camera.h"
 
 #include "tools/render/view_options.h"
+#include "tools/view/view_state.h"
 
 #include <gtest/gtest.h>
 #include <glm/ext/matrix_clip_space.hpp>
@@ -74,6 +75,27 @@ TEST(FlyCamera, looksStraightUpAndDown) {
       EXPECT_LT(distanceOfViews(camera, fly.clipFromWorld(kAspect, kNear, kFar)), 0.05f) << "and no further";
     }
   }
+}
+
+TEST(FlyCamera, anOrthographicCameraIsWarnedOfWhereItIsChosen) {
+  Scene scene;
+  scene.cameras.resize(2);
+  scene.cameras[0].name = "plan";
+  scene.cameras[0].orthographic = true;
+  scene.cameras[1].name = "eye";
+  scene.cameras[1].node = "head";
+  ViewerOptions options;
+  for (const char* const name : {"", "plan"}) {
+    options.camera = name;
+    const auto warning = cameraWarning(scene, options);
+    ASSERT_TRUE(warning);
+    EXPECT_EQ(warning->find("camera \"plan\" is orthographic"), 0u) << *warning;
+  }
+  for (const char* const name : {"eye", "head", "nobody"}) {
+    options.camera = name;
+    EXPECT_FALSE(cameraWarning(scene, options)) << name;
+  }
+  EXPECT_FALSE(cameraWarning(Scene(), ViewerOptions()));
 }
 
 }  // namespace

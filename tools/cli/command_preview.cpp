@@ -79,7 +79,7 @@ Status reserveFrame(const View& view, const LayerFiles& layers, const PreviewOpt
 // Larger pictures cast so many rays that they gain what a thorough structure costs; by surfels fewer a pixel.
 RayStructure structureFor(const View& view, const PreviewOptions& options, PreviewSource source) {
   const std::uint64_t many = source == PreviewSource::surfels ? 1u << 17 : 1u << 16;  // [pixels]
-  const bool isLarge = std::uint64_t{view.width} * view.height >= many && options.timeLimitSeconds == 0.0f;
+  const bool isLarge = std::uint64_t{view.width} * view.height >= many && options.timeLimitSeconds == 0.0;
   return isLarge ? RayStructure::bundles : RayStructure::quickBundles;
 }
 
@@ -151,7 +151,7 @@ void setEffort(const PreviewArguments& arguments, std::uint32_t pixels, PreviewO
   constexpr std::uint32_t kRays = 576, kGlossyRays = 1024;
   options.accuracy = arguments.accuracy.value_or(options.accuracy);
   options.rays = arguments.rays.value_or(arguments.sceneOptions.gloss ? kGlossyRays : kRays);
-  const bool free = !arguments.accuracy && !arguments.rays && options.timeLimitSeconds == 0.0f &&
+  const bool free = !arguments.accuracy && !arguments.rays && options.timeLimitSeconds == 0.0 &&
                     options.hemisphere == Hemisphere::fan && !arguments.sceneOptions.gloss;
   options.fewRecords = free ? std::max(kFewRecords, pixels / kPixelsEach) : 0;
 }

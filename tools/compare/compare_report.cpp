@@ -294,7 +294,8 @@ Json describeLight(const LightDifference& d) {
 }
 
 Json judge(const LightDifference& light, const LightIgnore& ignore, const CompareBounds& bounds) {
-  const auto bound = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
+  // A zero without the sign that the command line may have given it.
+  const auto bound = [](double value) { return std::isfinite(value) ? Json(value == 0.0 ? 0.0 : value) : Json(); };
   Json exceeded = Json::array();
   if (light.maxRmse > bounds.maxRmse) exceeded.push_back("rmse");
   if (light.maxChange > bounds.maxCacheChange) exceeded.push_back("cacheChange");

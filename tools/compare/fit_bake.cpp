@@ -6,6 +6,8 @@
 #include "tools/compare/staleness.h"
 
 #include <cstdint>
+#include <optional>
+#include <string>
 
 namespace relume {
 
@@ -27,12 +29,15 @@ Result<Bake> readBakeOf(const Scene& scene, const std::string& bakeFile, const s
   auto bake = readBake(bakeFile);
   if (!bake) return bake.error();
   if (const Status status = checkCoordinates(*bake, bakeFile); !status) return status.error();
-  const Status same = checkSameScene(scene, *bake, bakeFile, sceneFile);
-  if (same) return bake;
-  if (!allowStale) return same.error();
-  const std::uint32_t found = fitToScene(scene, *bake);
-  context.message(Severity::warning, same.error().message + " was refused without --allow-stale; " +
-                                         std::to_string(found) + " of " + std::to_string(scene.instances.size()) +
+  if (!allowStale) {
+    if (const Status same = checkSameScene(scene, *bake, bakeFile, sceneFile); !same) return same.error();
+    return bake;
+  }
+  const std::optional<SceneMismatch> found = findMismatch(scene, *bake, bakeFile, sceneFile);
+  if (!found) return bake;
+  const std::uint32_t parts = fitToScene(scene, *bake);
+  context.message(Severity::warning, found->reason + "; used all the same (--allow-stale): " + std::to_string(parts) +
+                                         " of " + std::to_string(scene.instances.size()) +
                                          " parts found by name, the others read the grid");
   return bake;
 }

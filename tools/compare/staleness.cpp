@@ -155,21 +155,28 @@ Staleness findExportStaleness(const Scene& scene, const Bake& bake, std::uint64_
   return stale;
 }
 
-Status checkSameScene(const Scene& scene, const Bake& bake, const std::string& bakeFile, const std::string& sceneFile) {
+std::optional<SceneMismatch> findMismatch(const Scene& scene, const Bake& bake, const std::string& bakeFile,
+                                          const std::string& sceneFile) {
   const std::vector<BakedInstance> now = describeAsBaked(scene, bake);
   const auto same = [](const BakedInstance& x, const BakedInstance& y) {
     return x.node == y.node && x.mesh == y.mesh && x.contentHash == y.contentHash;
   };
-  if (std::equal(now.begin(), now.end(), bake.instances.begin(), bake.instances.end(), same)) return done();
+  if (std::equal(now.begin(), now.end(), bake.instances.begin(), bake.instances.end(), same)) return std::nullopt;
   if (scene.exportedWith) {
-    return Error{ErrorCode::invalidFile,
-                 "\"" + sceneFile + "\" is a level of relume export, whose vertices are others than those that \"" +
-                     bakeFile + "\" was baked from; give the level that it was exported from" +
-                     ", or give --allow-stale"};
+    return SceneMismatch{"\"" + sceneFile +
+                             "\" is a level of relume export, whose vertices are others than those that \"" + bakeFile +
+                             "\" was baked from",
+                         "give the level that it was exported from"};
   }
-  return Error{ErrorCode::invalidFile, "\"" + bakeFile + "\" was not baked from \"" + sceneFile +
-                                           "\": " + summary(compareParts(bake.instances, now), bake, now) +
-                                           "; bake again, or give --allow-stale"};
+  return SceneMismatch{"\"" + bakeFile + "\" was not baked from \"" + sceneFile +
+                           "\": " + summary(compareParts(bake.instances, now), bake, now),
+                       "bake again"};
+}
+
+Status checkSameScene(const Scene& scene, const Bake& bake, const std::string& bakeFile, const std::string& sceneFile) {
+  const std::optional<SceneMismatch> found = findMismatch(scene, bake, bakeFile, sceneFile);
+  if (!found) return done();
+  return Error{ErrorCode::invalidFile, found->reason + "; " + found->advice + ", or give --allow-stale"};
 }
 
 std::uint32_t fitToScene(const Scene& scene, Bake& bake) {

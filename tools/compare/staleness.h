@@ -9,6 +9,8 @@
 #include "relume/result.h"
 #include "tools/compare/compare_scene.h"
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,8 +34,17 @@ Staleness findStaleness(const Scene& scene, const BakeOptions* options, const Ba
 // `bakeFileHash` is identifyBakeFile()'s.
 Staleness findExportStaleness(const Scene& scene, const Bake& bake, std::uint64_t bakeFileHash);
 
-// For commands that draw or compare a bake over its scene, which must come from loadScene(). Done when the parts are
-// those that were baked, in their order; else invalidFile: names both files, what changed, and --allow-stale.
+// Why a scene is not the one that a bake is of, naming both files; and what to do about it.
+struct SceneMismatch {
+  std::string reason, advice;
+};
+
+// For commands that draw or compare a bake over its scene, which must come from loadScene(). Nothing when the parts are
+// those that were baked, in their order.
+std::optional<SceneMismatch> findMismatch(const Scene& scene, const Bake& bake, const std::string& bakeFile,
+                                          const std::string& sceneFile);
+
+// invalidFile: findMismatch() finds one; the message has its reason, its advice, and --allow-stale.
 Status checkSameScene(const Scene& scene, const Bake& bake, const std::string& bakeFile, const std::string& sceneFile);
 
 // For --allow-stale: let the scene's instance i find its coordinates on the light map in Lightmap::parts[i] again, by

@@ -8,6 +8,7 @@
 #include "tools/view/headless.h"
 #include "tools/view/loaded_level.h"
 #include "tools/view/options.h"
+#include "tools/view/view_state.h"
 #include "tools/view/window.h"
 
 #include <cstdio>
@@ -38,6 +39,7 @@ int main(int argc, char** argv) {
   context.onMessage = say;
   auto scene = loadScene(options->scene, context, toImportOptions(options->sceneOptions));
   if (!scene) return fail(scene.error());
+  if (const auto warning = cameraWarning(*scene, *options)) say(Severity::warning, *warning);
   // A window bakes by itself, and shows how far it is; that there is nothing to bake is said before it opens.
   if (options->bake.empty() && options->draft && options->headlessFrames == 0) {
     if (const Status drawn = checkDrawnTriangles(*scene); !drawn) return fail(drawn.error());

@@ -91,6 +91,8 @@ Status Session::show(LevelPtr next) {
   watch_ = FileWatch(level->bakeFile, level->bakeStamp);
   state = std::move(wanted);
   if (!isSame) flySpeed.fit(viewer->levelSize());
+  if (const auto warning = isSame ? std::nullopt : cameraWarning(level->scene, options_))
+    say(Severity::warning, *warning);
   if (const std::size_t off = limitLightsOn(state.lights); off > 0) {
     say(Severity::warning,
         countOfLights(off) + " switched off: " + std::to_string(kMaxLightsOn) + " are on, and no more can be");

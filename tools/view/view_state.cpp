@@ -16,6 +16,8 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
+#include <string>
 
 namespace relume {
 namespace {
@@ -49,10 +51,16 @@ Status addFileLights(const std::string& path, ViewState& state) {
   return done();
 }
 
-Result<FlyCamera> initialCamera(const Scene& scene, const ViewerOptions& options) {
+// The camera that --camera names, else the first; null where there is none.
+const Camera* chosenCamera(const Scene& scene, const ViewerOptions& options) {
   for (const Camera& c : scene.cameras) {
-    if (options.camera.empty() || isCalled(c, options.camera)) return FlyCamera::from(c);
+    if (options.camera.empty() || isCalled(c, options.camera)) return &c;
   }
+  return nullptr;
+}
+
+Result<FlyCamera> initialCamera(const Scene& scene, const ViewerOptions& options) {
+  if (const Camera* const camera = chosenCamera(scene, options)) return FlyCamera::from(*camera);
   if (!options.camera.empty())
     return Error{ErrorCode::usage, "--camera: no camera \"" + options.camera +
                                        "\" in the scene; there are: " + namesForPeople(scene.cameras)};
@@ -136,6 +144,13 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
     state.overlays[i] =
         std::find(options.overlays.begin(), options.overlays.end(), kOverlayNames[i]) != options.overlays.end();
   return state;
+}
+
+std::optional<std::string> cameraWarning(const Scene& scene, const ViewerOptions& options) {
+  const Camera* const camera = chosenCamera(scene, options);
+  if (camera == nullptr || !camera->orthographic) return std::nullopt;
+  return "camera \"" + camera->name +
+         "\" is orthographic, and the viewer shows it in perspective; relume render draws it as it is";
 }
 
 std::vector<glm::mat4> movesOf(const ViewState& state) {
