@@ -137,7 +137,8 @@ TEST(ExportLevelInOpenGl, aGamesPixelsAreThoseOfRender) {
   if (!gl) GTEST_SKIP() << gl.error().message;
   BakeOptions options = presetOptions(Preset::draft);
   options.surfels.count = 2000;
-  const test::Exported e = test::exportOf(RELUME_SOURCE_DIR "/samples/level/two_rooms.glb", options);
+  test::Exported e = test::exportOf(RELUME_SOURCE_DIR "/samples/level/two_rooms.glb", options);
+  e.bake.caches.lightmap.sight = {};  // a game's filter reads across walls
   const Vertices vertices = gatherVertices(e);
   Context context;
   const auto tracer = RayTracer::create(e.scene, "avx2", context, RayStructure::thorough, RayGeometry::drawn);
