@@ -4,6 +4,7 @@
 #include "tests/cancel_after.h"
 #include "tests/rays/make_scene.h"
 #include "tests/render/pictures.h"
+#include "tools/render/default_view.h"
 #include "tools/render/render_cpu.h"
 #include "tools/render/render_frame.h"
 #include "tools/render/view_options.h"
@@ -391,6 +392,19 @@ TEST(RenderGl, warnsOfALevelFarOut) {
   if (!drawn && drawn.error().code == ErrorCode::unsupported) GTEST_SKIP() << drawn.error().message;
   ASSERT_TRUE(drawn) << drawn.error().message;
   EXPECT_EQ(warnings, 1u);
+}
+
+// A level without a camera is framed by rays of its own.
+TEST(DefaultView, leavesWarningsToWhoDrawsTheLevel) {
+  const FarRoom room;
+  std::size_t messages = 0;
+  Context context;
+  context.onMessage = [&](Severity, std::string_view) { ++messages; };
+  const auto framed = frameLevel(room.scene, 1.2f, 1.6f, context);
+  ASSERT_TRUE(framed) << framed.error().message;
+  EXPECT_EQ(messages, 0u);
+  context.message(Severity::info, "later ones come");
+  EXPECT_EQ(messages, 1u);
 }
 
 // Linear factors of colour, and of the alpha that the test asks.

@@ -15,6 +15,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -115,8 +116,11 @@ FramedView bestFromWithin(const RayTracer& tracer, float halfWidth, float halfHe
 }  // namespace
 
 Result<FramedView> frameLevel(const Scene& scene, float yfovRad, float aspect, Context& context) {
+  // Who draws the level says what is wrong with it.
+  auto onMessage = std::exchange(context.onMessage, nullptr);
   const auto tracer =
       RayTracer::create(scene, BakeOptions{}.embreeIsa, context, RayStructure::quick, RayGeometry::drawn);
+  context.onMessage = std::move(onMessage);
   if (!tracer) return tracer.error();
   const float halfHeight = std::tan(0.5f * yfovRad), halfWidth = halfHeight * aspect;
   Trial outside;
