@@ -239,6 +239,8 @@ Status LiveCachesGl::update(VolumeRange volumes, const LiveFrame& frame) {
   return done();
 }
 
+void LiveCachesGl::takeReach(VolumeRange volumes) { state_->volumes.takeReach(volumes); }
+
 void LiveCachesGl::reset() {
   const gl::SavedState saved(state_->gl_);
   state_->volumes.reset();

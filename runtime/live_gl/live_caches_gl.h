@@ -61,6 +61,9 @@ class LiveCachesGl {
   [[nodiscard]] Status copyDirect(VolumeRange volumes);
   // A frame, as NestedCaches::update(). Errors of checkLiveFrame(), and as above.
   [[nodiscard]] Status update(VolumeRange volumes, const LiveFrame& frame);
+  // Where receivers read the volumes of the last frame from (setReach()), which an eye that walks changes in each
+  // frame.
+  void takeReach(VolumeRange volumes);
   // No light, as before the first frame.
   void reset();
 

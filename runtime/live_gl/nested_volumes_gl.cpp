@@ -213,7 +213,7 @@ Status NestedVolumesGl::follow(std::span<const VoxelVolume> volumes) {
   bool isSame = size() == volumes.size();
   for (std::size_t l = 0; isSame && l < volumes.size(); ++l) isSame = isOf(l);
   if (isSame) {
-    for (std::size_t l = 0; l < volumes.size(); ++l) volumes_[l]->reach = volumes[l].reach();
+    takeReach(volumes);
     return done();
   }
   if (Status ok = checkSize(volumes); !ok) return ok;
@@ -294,6 +294,12 @@ Status NestedVolumesGl::follow(std::span<const VoxelVolume> volumes) {
   volumes_.resize(1);
   volumes_.front()->sides.leave();
   return Error{ErrorCode::unsupported, refused};
+}
+
+void NestedVolumesGl::takeReach(std::span<const VoxelVolume> volumes) {
+  for (std::size_t l = 0; l < size() && l < volumes.size(); ++l) {
+    if (volumes_[l]->isOf(volumes[l])) volumes_[l]->reach = volumes[l].reach();
+  }
 }
 
 void NestedVolumesGl::reset() {

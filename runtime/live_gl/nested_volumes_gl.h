@@ -69,6 +69,8 @@ class NestedVolumesGl {
   // what has entered a volume begins with that of the cache around it. unsupported: more than OpenGL's buffers hold;
   // where its memory ran out there is no volume afterwards. Throws std::bad_alloc.
   Status follow(std::span<const VoxelVolume> volumes);
+  // Where they are read from, of the volumes that it follows; nothing of others.
+  void takeReach(std::span<const VoxelVolume> volumes);
   // No light, as before the first frame.
   void reset();
 

@@ -68,9 +68,39 @@ glm::ivec3 keepWithin(const VolumeGrid& outermost, std::size_t level, const glm:
 
 }  // namespace
 
+// From which the faces of the volumes would be if they followed the eye without a step.
+void setReach(std::span<VoxelVolume> volumes, const glm::vec3& eyeWorld, bool boxFollowsEye) {
+  const VolumeGrid box = volumes.front().grid();
+  for (std::size_t level = 0; level < volumes.size(); ++level) {
+    const VolumeGrid& grid = volumes[level].grid();
+    const glm::dvec3 wanted = aboutEye(grid, eyeWorld);
+    VolumeReach reach;
+    for (int k = 0; k < 3; ++k) {
+      // [cells from the corner that stays]
+      const double boxLow = box.shift[k] * (1 << level), boxHigh = boxLow + box.cells[k] * (1 << level),
+                   size = grid.cells[k], first = grid.shift[k];
+      double low = boxLow, high = boxHigh;
+      if (level > 0 && size < boxHigh - boxLow) {
+        low += readFrom(std::min(wanted[k], boxHigh - size) - boxLow);
+        high -= readFrom(boxHigh - size - std::max(wanted[k], boxLow));
+        if (first > boxLow) low = std::max(low, first);
+        if (first + size < boxHigh) high = std::min(high, first + size);
+      } else if (level == 0 && boxFollowsEye) {
+        low = std::max(wanted[k] + kNear, first);
+        high = std::min(wanted[k] + size - kNear, first + size);
+      } else if (level > 0 || !grid.roams) {
+        continue;
+      }
+      reach.low[k] = static_cast<float>(kBrickSide * (low - first));
+      reach.high[k] = static_cast<float>(kBrickSide * (high - first));
+    }
+    volumes[level].setReach(reach);
+  }
+}
+
 NestedVolumes::NestedVolumes(VoxelVolume only) : voxeliseMs_(only.passTimes()[0].ms) {
   volumes_.push_back(std::move(only));
-  findReach();
+  setReach(volumes_, glm::vec3(0.0f), false);
 }
 
 Result<NestedVolumes> NestedVolumes::create(const VoxelGeometry& geometry, const NestedOptions& options) {
@@ -90,17 +120,17 @@ Result<NestedVolumes> NestedVolumes::create(const VoxelGeometry& geometry, const
       if (Result<bool> moved = nested.centre(*options.eyeWorld); !moved) return moved.error();
     }
     const VolumeGrid outermost = nested.outermost().grid();
-    nested.eyeWorld_ = options.eyeWorld.value_or(outermost.toWorld(0.5f * glm::vec3(outermost.voxels())));
+    const glm::vec3 eye = options.eyeWorld.value_or(outermost.toWorld(0.5f * glm::vec3(outermost.voxels())));
     for (std::uint32_t level = 1; level < options.cascades; ++level) {
       VolumeGrid grid = halfOf(nested.volumes_.back().grid(), options.outermost.cells);
-      const glm::ivec3 wanted = follow(grid, nested.eyeWorld_, true);
+      const glm::ivec3 wanted = follow(grid, eye, true);
       Result<VoxelVolume> inner =
           nested.outermost().over(shifted(grid, keepWithin(outermost, level, grid.cells, wanted)));
       if (!inner) return inner.error();
       nested.voxeliseMs_ += inner->passTimes()[0].ms;
       nested.volumes_.push_back(std::move(*inner));
     }
-    nested.findReach();
+    setReach(nested.volumes_, eye, options.boxFollowsEye);
     return nested;
   } catch (const std::bad_alloc&) {
     return noMemoryForVoxels();
@@ -187,39 +217,10 @@ Result<bool> NestedVolumes::centre(const glm::vec3& eyeWorld) {
       volumes_[level].take(std::move(change));
       if (level < isLit_.size()) isLit_[level] = 0;
     }
-    eyeWorld_ = eyeWorld;
-    findReach();
+    setReach(volumes_, eyeWorld, boxFollowsEye_);
     return !changes.empty();
   } catch (const std::bad_alloc&) {
     return noMemoryForVoxels();
-  }
-}
-
-// Which the faces of the volumes would be if they followed the eye without a step.
-void NestedVolumes::findReach() {
-  const VolumeGrid box = outermost().grid();
-  for (std::size_t level = 0; level < volumes_.size(); ++level) {
-    const VolumeGrid& grid = volumes_[level].grid();
-    const glm::dvec3 wanted = aboutEye(grid, eyeWorld_);
-    VolumeReach reach;
-    for (int k = 0; k < 3; ++k) {
-      // [cells from the corner that stays]
-      const double boxLow = box.shift[k] * (1 << level), boxHigh = boxLow + box.cells[k] * (1 << level),
-                   size = grid.cells[k];
-      double low = boxLow, high = boxHigh;
-      if (level > 0 && size < boxHigh - boxLow) {
-        low += readFrom(std::min(wanted[k], boxHigh - size) - boxLow);
-        high -= readFrom(boxHigh - size - std::max(wanted[k], boxLow));
-      } else if (level == 0 && boxFollowsEye_) {
-        low = wanted[k] + kNear;
-        high = wanted[k] + size - kNear;
-      } else if (level > 0 || !grid.roams) {
-        continue;
-      }
-      reach.low[k] = static_cast<float>(kBrickSide * (low - grid.shift[k]));
-      reach.high[k] = static_cast<float>(kBrickSide * (high - grid.shift[k]));
-    }
-    volumes_[level].setReach(reach);
   }
 }
 

@@ -33,6 +33,10 @@ struct NestedOptions {
   std::optional<glm::vec3> eyeWorld{};  // nothing = the middle of the box
 };
 
+// Set where volumes in one another, from the outermost on, are read from about an eye: within each as it stands, which
+// is not farther from the eye than NestedVolumes lets it be, or less of it is read.
+void setReach(std::span<VoxelVolume> volumes, const glm::vec3& eyeWorld, bool boxFollowsEye);
+
 class NestedVolumes {
  public:
   // Errors of VoxelVolume::create(); usage: cascades out of range, an eye that is not finite.
@@ -72,12 +76,9 @@ class NestedVolumes {
   const ParallelFor& parallelFor() const { return volumes_.front().parallelFor(); }
 
  private:
-  void findReach();
-
   std::vector<VoxelVolume> volumes_;
   std::vector<std::uint8_t> isLit_;  // [Size 0 or volumes] directly, as they are now
   bool boxFollowsEye_ = false;
-  glm::vec3 eyeWorld_{0.0f};                  // as of the last centre()
   double voxeliseMs_ = 0.0, directMs_ = 0.0;  // of the last create(), edit() or centre(); of the last direct light
 };
 

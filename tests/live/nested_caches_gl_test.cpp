@@ -199,6 +199,22 @@ TEST_F(NestedCachesOnGl, aShaderReadsTheLightAsTheCpuDoes) {
     EXPECT_GT(between, kPlaces / 50);
     EXPECT_EQ(inSky > kPlaces / 10, boxFollowsEye);
     EXPECT_LE(off, kPlaces / 100);
+    // Where it is read from follows the eye between frames as well.
+    std::vector<VoxelVolume> seen(volumes.all().begin(), volumes.all().end());
+    setReach(seen, {9.1f, 2, 3}, boxFollowsEye);
+    gl.takeReach(std::span<const VoxelVolume>(seen));
+    const std::vector<float> next = irradianceByShader(gl, places);
+    std::size_t others = 0;
+    for (std::size_t i = 0; i < kPlaces; ++i) {
+      const float* const p = &places[6 * i];
+      others += std::abs(next[3 * i + 1] - found[3 * i + 1]) > 1e-3f ? 1 : 0;
+      if (i >= 200) continue;
+      const glm::vec3 expected = gl.irradiance({p[0], p[1], p[2]}, {p[3], p[4], p[5]});
+      EXPECT_LT(glm::distance(glm::vec3(next[3 * i], next[3 * i + 1], next[3 * i + 2]), expected),
+                5e-3f * glm::length(expected) + 1e-4f)
+          << i;
+    }
+    EXPECT_GT(others, kPlaces / 50);
     gl.reset();
     EXPECT_EQ(gl.irradiance({14, 2, 3}, {0, 1, 0}), glm::vec3(0.0f));
   }

@@ -209,6 +209,16 @@ TEST(NestedVolumes, theirReachFollowsTheEyeWithoutAStep) {
     EXPECT_GT(shrunk, 1000);
   }
   VoxelLevel level = hall();
+  // An eye that volumes have not followed yet: nothing is read outside them.
+  NestedOptions options = nested(2);
+  options.eyeWorld = glm::vec3(18, 3, 5);
+  const NestedVolumes there = made(level, options);
+  std::vector<VoxelVolume> late(there.all().begin(), there.all().end());
+  for (const float x : {15.0f, 21.0f, 37.0f}) {
+    setReach(late, {x, 3, 5}, false);
+    EXPECT_GE(late[1].reach().low.x, 0.0f) << x;
+    EXPECT_LE(late[1].reach().high.x, static_cast<float>(late[1].grid().voxels().x)) << x;
+  }
   const NestedVolumes one = made(level, nested(1));
   EXPECT_EQ(one.outermost().reach().share({-100.0f, 2.0f, 2.0f}, 0.0f), 1.0f) << "nothing takes over";
 }

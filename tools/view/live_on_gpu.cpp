@@ -21,6 +21,12 @@ void LiveOnGpu::take(LitFrame& found) {
   if (takeCopies(found, volumes_, threads_->parallelFor())) isNew_ = true;
 }
 
+void LiveOnGpu::follow(const glm::vec3& eyeWorld) {
+  if (volumes_.empty()) return;
+  setReach(volumes_, eyeWorld, false);
+  caches_.takeReach(std::span<const VoxelVolume>(volumes_));
+}
+
 Result<bool> LiveOnGpu::update(const LiveScene& scene, double seconds, const ShadowMaps& shadows) {
   const bool isStill = !isNew_ && last_ && isSame(*last_, scene);
   if (isStill && isSettled()) return false;

@@ -27,6 +27,8 @@ class LiveOnGpu {
 
   // Voxels that are lit from now on: those of a frame that are new.
   void take(LitFrame& found);
+  // Where light is read from follows the eye, also where it has settled.
+  void follow(const glm::vec3& eyeWorld);
   // A frame, `seconds` after the one before; none where light has settled, and false then. Changes program, buffer and
   // texture bindings that the viewer sets before each draw. Errors of LiveCachesGl.
   Result<bool> update(const LiveScene& scene, double seconds, const ShadowMaps& shadows);

@@ -103,6 +103,7 @@ Status LiveShading::lightOnGpu(const LiveScene& scene, double step, const Shadow
   if (!shown_) return done();
   const double now = clockSeconds(), seconds = step > 0.0 ? step : clock_ > 0.0 ? now - clock_ : 1.0 / 60.0;
   clock_ = now;
+  shown_->follow(eyeWorld_);
   const Result<bool> lit = shown_->update(scene, seconds, shadows);
   if (!lit) return lit.error();
   if (*lit) {
@@ -117,6 +118,7 @@ Status LiveShading::lightOnGpu(const LiveScene& scene, double step, const Shadow
 Status LiveShading::update(const ViewState& state, const std::vector<Light>& lights, const ShadowMaps& shadows,
                            bool isSlow, bool hasCones) {
   eyeWorld_ = state.camera.position;
+  if (!volumes_.empty()) setReach(volumes_, eyeWorld_, false);
   // Light that is frozen is found once more where cones want voxels of it.
   const bool isFrozen = !state.relight && last_.number > 0;
   if (isFrozen && !(hasCones && awaitsVoxels())) return done();
