@@ -33,7 +33,7 @@ bool relumeLiveIsPlace(vec3 p) {
   return relumeLiveIsFinite(p) && all(lessThanEqual(abs(p), vec3(RELUME_MAX_COORDINATE)));
 }
 
-// VolumeReach::share(); past the outermost that volume alone is read, as far as it is. [place: voxels]
+// VolumeReach::share(); outside an inner volume it is 0. [place: voxels]
 float relumeLiveShare(int volume, vec3 place) {
   bool isWithin = all(greaterThanEqual(place, vec3(0.0))) && all(lessThan(place, 4.0 * vec3(relumeLiveSize)));
   if (volume > 0 && !isWithin) return 0.0;

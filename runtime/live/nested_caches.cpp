@@ -72,7 +72,7 @@ NestedStencil nestedStencil(std::span<const VolumeCaches> caches, const glm::vec
   float rest = 1.0f;
   for (std::size_t level = caches.size(); level-- > 0 && rest > 0.0f;) {
     const VolumeGrid& grid = caches[level].cells->grid;
-    // Past the outermost that volume alone is read, as far as it is.
+    // Outside an inner volume those around it are read; the outermost is read wherever a place is.
     const bool isRead = level == 0 || grid.holdsPlace(positionWorld);
     const float share = isRead ? caches[level].reach.share(grid.toGrid(positionWorld), 0.0f) : 0.0f;
     if (level == 0) found.sky = rest * (1.0f - share);

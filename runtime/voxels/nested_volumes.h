@@ -33,8 +33,8 @@ struct NestedOptions {
   std::optional<glm::vec3> eyeWorld{};  // nothing = the middle of the box
 };
 
-// Set where volumes in one another, from the outermost on, are read from about an eye: within each as it stands, which
-// is not farther from the eye than NestedVolumes lets it be, or less of it is read.
+// Set the reach of volumes in one another, from the outermost on, about an eye. Of a volume that has not followed the
+// eye yet less is read.
 void setReach(std::span<VoxelVolume> volumes, const glm::vec3& eyeWorld, bool boxFollowsEye);
 
 class NestedVolumes {
