@@ -33,6 +33,17 @@ class LiveLights : public GlTest {
     EXPECT_TRUE(light) << light.error().message;
     return std::move(*light);
   }
+  static std::vector<Light> lampAt(const glm::vec3& positionWorld) {
+    std::vector<Light> lights(1);
+    lights[0].positionWorld = positionWorld;
+    lights[0].intensity = {10, 10, 10};
+    return lights;
+  }
+  static void addMovingBox(VoxelLevel& level, const glm::vec3& at, std::uint32_t surface) {
+    level.addBox(glm::vec3(-0.4f), glm::vec3(0.4f), false, surface);
+    level.parts.back().moves = true;
+    level.parts.back().toWorld[3] = at;
+  }
   static void frames(LiveLight& light, const LightSetup& setup, std::uint32_t count, float keep = 0.0f) {
     for (std::uint32_t f = 0; f < count; ++f) {
       LiveFrame frame;
@@ -103,12 +114,8 @@ TEST_F(LiveLights, bothBackendsFollowLampsWallsAndMovingParts) {
   level.surfaces = {{glm::vec3(0.6f, 0.5f, 0.4f)}, {glm::vec3(0.3f, 0.6f, 0.2f)}};
   level.addBox({0, 0, 0}, {6, 3, 4}, true);
   level.addBox({2.9f, 0, 0}, {3.1f, 3, 4}, false);  // between lamp and dark room
-  level.addBox({-0.4f, -0.4f, -0.4f}, {0.4f, 0.4f, 0.4f}, false, 1);
-  level.parts.back().moves = true;
-  level.parts.back().toWorld[3] = {1.2f, 0.5f, 1.2f};
-  std::vector<Light> lights(1);
-  lights[0].positionWorld = {0.8f, 2.4f, 2.0f};
-  lights[0].intensity = {10, 10, 10};
+  addMovingBox(level, {1.2f, 0.5f, 1.2f}, 1);
+  const std::vector<Light> lights = lampAt({0.8f, 2.4f, 2.0f});
   LightSetup setup;
   setup.lights = lights;
   // Half of it is hidden, and beyond the wall all, on both.
@@ -163,12 +170,8 @@ TEST_F(LiveLights, frozenFramesFollowWallsPartsAndTheEye) {
   level.surfaces[0] = {glm::vec3(0.5f)};
   level.addBox({0, 0, 0}, {10, 3, 4}, true);
   level.addBox({5.0f, 0, 0}, {5.2f, 3, 2.5f}, false);
-  level.addBox({-0.4f, -0.4f, -0.4f}, {0.4f, 0.4f, 0.4f}, false);
-  level.parts.back().moves = true;
-  level.parts.back().toWorld[3] = {1.2f, 0.5f, 3.2f};
-  std::vector<Light> lights(1);
-  lights[0].positionWorld = {1.5f, 2.4f, 2.0f};
-  lights[0].intensity = {10, 10, 10};
+  addMovingBox(level, {1.2f, 0.5f, 3.2f}, 0);
+  const std::vector<Light> lights = lampAt({1.5f, 2.4f, 2.0f});
   LightSetup setup;
   setup.lights = lights;
   enum Change { kWall, kPart, kEye };
