@@ -24,10 +24,10 @@ using Numbers = std::set<std::uint64_t>;
 
 // Extensions whose integers are other things than accessors and views, or are looked at by name below.
 bool isHarmless(std::string_view name) {
-  constexpr std::array<std::string_view, 9> kKnown{
-      kDracoExtension,         "EXT_meshopt_compression", "KHR_animation_pointer",
-      "KHR_lights_punctual",   "KHR_mesh_quantization",   "KHR_texture_basisu",
-      "KHR_texture_transform", "EXT_texture_webp",        "MSFT_texture_dds"};
+  constexpr std::array<std::string_view, 10> kKnown{
+      kDracoExtension,       kMeshoptExtensions[0],   kMeshoptExtensions[1], "KHR_animation_pointer",
+      "KHR_lights_punctual", "KHR_mesh_quantization", "KHR_texture_basisu",  "KHR_texture_transform",
+      "EXT_texture_webp",    "MSFT_texture_dds"};
   return name.starts_with("KHR_materials_") || std::find(kKnown.begin(), kKnown.end(), name) != kKnown.end();
 }
 

@@ -222,12 +222,10 @@ Result<const AccessorValues*> AccessorReader::floats(int accessor, int minCompon
 
 Status checkRanges(const GltfDocument& document) {
   const auto& model = document.model;
-  // The fallback buffers of EXT_meshopt_compression hold nothing; a view on one is refused when it is read.
+  // A view on a buffer that holds nothing, and is not decoded from another, is refused when it is read.
   const auto hasData = [&](int view) {
-    const int buffer = model.bufferViews[static_cast<std::size_t>(view)].buffer;
     return !document.decodedViews[static_cast<std::size_t>(view)].empty() ||
-           (buffer >= 0 && static_cast<std::size_t>(buffer) < document.buffers.size() &&
-            document.buffers[static_cast<std::size_t>(buffer)].fileBytes > 0);
+           document.hasData(model.bufferViews[static_cast<std::size_t>(view)].buffer);
   };
   for (std::size_t i = 0; i < model.bufferViews.size(); ++i) {
     const auto view = static_cast<int>(i);

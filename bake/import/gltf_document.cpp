@@ -6,7 +6,6 @@
 #include "bake/base/memory_budget.h"
 #include "bake/base/read_json.h"
 #include "bake/import/gltf_file.h"
-#include "bake/import/gltf_morph.h"
 #include "bake/import/gltf_schema.h"
 #include "relume/bake/context.h"
 
@@ -25,14 +24,15 @@ namespace {
 using nlohmann::json;
 
 // What extensionsRequired may name: what is read, and what has no part in diffuse transport.
-constexpr std::array<std::string_view, 22> kKnownExtensions = {"KHR_lights_punctual",
+constexpr std::array<std::string_view, 24> kKnownExtensions = {"KHR_lights_punctual",
                                                                "KHR_texture_transform",
                                                                "KHR_mesh_quantization",
                                                                "KHR_materials_emissive_strength",
                                                                "KHR_materials_unlit",
                                                                "KHR_materials_pbrSpecularGlossiness",
                                                                "EXT_mesh_gpu_instancing",
-                                                               "EXT_meshopt_compression",
+                                                               kMeshoptExtensions[0],
+                                                               kMeshoptExtensions[1],
                                                                kDracoExtension,
                                                                "KHR_materials_anisotropy",
                                                                "KHR_materials_clearcoat",
@@ -45,6 +45,7 @@ constexpr std::array<std::string_view, 22> kKnownExtensions = {"KHR_lights_punct
                                                                "KHR_materials_variants",
                                                                "KHR_materials_volume",
                                                                "KHR_animation_pointer",
+                                                               "KHR_node_visibility",
                                                                "KHR_xmp",
                                                                "KHR_xmp_json_ld"};
 
@@ -63,7 +64,8 @@ Status checkExtensions(const json& root, const std::string& file) {
   for (const json& name : *required) {
     const auto& text = name.get_ref<const std::string&>();
     if (std::find(kKnownExtensions.begin(), kKnownExtensions.end(), text) == kKnownExtensions.end())
-      return Error{ErrorCode::unsupported, file + ": requires the extension " + text + ", which is not supported"};
+      return Error{ErrorCode::unsupported,
+                   file + ": requires the extension " + text + ", which is not supported" + imageRemedy(text)};
   }
   return done();
 }
@@ -138,13 +140,15 @@ ByteRange rangeOfViews(const json& root, std::size_t buffer, std::uint64_t lengt
   if (views == root.end()) return range;
   for (const json& view : *views) {
     add(view);
-    const json::json_pointer compressed("/extensions/EXT_meshopt_compression");
-    if (view.contains(compressed)) add(view[compressed]);
+    for (const char* name : kMeshoptExtensions) {
+      const json::json_pointer compressed(std::string("/extensions/") + name);
+      if (view.contains(compressed)) add(view[compressed]);
+    }
   }
   return range;
 }
 
-// Load every buffer; a buffer without data (the fallback of EXT_meshopt_compression) stays empty.
+// Load every buffer; a buffer without data (the fallback of kMeshoptExtensions) stays empty.
 Status loadBuffers(const json& root, GltfContainer& container, GltfDocument& document) {
   const auto buffers = root.find("buffers");
   if (buffers == root.end()) return done();
@@ -257,11 +261,19 @@ Result<GltfDocument> loadGltfDocument(const std::filesystem::path& path, Context
   if (!root) return root.error();
   if (Status status = loadBuffers(*root, *container, document); !status) return status.error();
   takeImages(*root, document);
-  document.animatedWeights = findAnimatedWeights(*root);
+  document.animated = findAnimated(*root);
   if (Status status = parseModel(std::move(*root), document); !status) return status.error();
   document.decodedViews.resize(document.model.bufferViews.size());
   if (Status status = decodeMeshopt(document); !status) return status.error();
   return document;
+}
+
+std::string imageRemedy(std::string_view extension) {
+  if (extension == "EXT_texture_webp" || extension == "EXT_texture_avif")
+    return "; convert its images by gltf-transform png --formats \"*\" IN OUT";
+  if (extension == "KHR_texture_basisu") return "; convert its images by gltf-transform ktxdecompress IN OUT";
+  if (extension == "MSFT_texture_dds") return "; export the level with PNG or JPEG images";
+  return "";
 }
 
 double numberOr(const tinygltf::Value& object, const char* name, double fallback) {

@@ -100,9 +100,14 @@ Result<std::vector<std::uint8_t>> readDataUri(std::string_view uri, const std::s
   const std::size_t comma = uri.find(',');
   if (comma == std::string_view::npos || !uri.substr(0, comma).ends_with(";base64"))
     return invalid(where, "data URI that is not base64");
-  auto bytes = base64Decode(uri.substr(comma + 1));
-  if (!bytes) return invalid(where, "data URI with broken base64");
-  return std::move(*bytes);
+  const std::string_view text = uri.substr(comma + 1);
+  auto bytes = base64Decode(text);
+  if (bytes) return std::move(*bytes);
+  // Encoders for mail break lines.
+  const std::size_t blank = text.find_first_of(" \t\r\n");
+  if (blank == std::string_view::npos) return invalid(where, "data URI with broken base64");
+  return invalid(where, "data URI with a blank or line break in its base64, after " + std::to_string(blank) +
+                            " characters; URIs have none, write it in one piece");
 }
 
 // A file beside the scene.

@@ -6,8 +6,6 @@
 #include "bake/import/gltf_accessors.h"
 #include "bake/import/gltf_document.h"
 
-#include <nlohmann/json_fwd.hpp>
-
 #include <cstdint>
 #include <map>
 #include <string>
@@ -30,8 +28,5 @@ Status bendAttributes(const GltfDocument& document, AccessorReader& reader, cons
                       const MorphWeights& weights, const std::string& where,
                       std::map<std::string, const AccessorValues*>& attributes,
                       std::map<std::string, AccessorValues>& bent, std::uint64_t& moved);
-
-// The nodes and meshes whose weights an animation of the document moves. What is no animation is passed over.
-AnimatedWeights findAnimatedWeights(const nlohmann::json& root);
 
 }  // namespace relume

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The default scene's nodes to instances, cameras, lights and play volumes. The graph is checked to be a forest first;
 // it is walked with a stack of our own, so that depth costs nothing. Transforms are multiplied in double precision.
+// Nodes that KHR_node_visibility hides have no meshes and lights, but their cameras and play volumes are read: the
+// extension hides only what is drawn.
 #include "bake/base/memory_budget.h"
+#include "bake/import/gltf_graph.h"
 #include "bake/import/gltf_import.h"
 #include "bake/scene/unit_vector.h"
 #include "formats/limits.h"
@@ -32,12 +35,16 @@ constexpr std::uint64_t kMaxTriangles = 1ull << 30;  // scene-wide: two sides mu
 constexpr std::uint64_t kMinInstances = 1u << 20;
 constexpr std::uint64_t kMaxInstancesPerByte = 1;
 
+constexpr int kNoNode = -1;
+
 struct Visit {
   int node = 0;
   glm::dmat4 parent{1.0};
   BakeMode mode = BakeMode::fixed;
   float texelDensity = 1.0f;
   bool playSpace = true;
+  bool hidden = false;           // by KHR_node_visibility, of the node or of one above
+  int shownAndHidden = kNoNode;  // the nearest node, this or one above, whose visibility an animation moves
 };
 
 class NodeImporter {
@@ -47,8 +54,6 @@ class NodeImporter {
   Status run();
 
  private:
-  Status checkForest() const;
-  Result<std::vector<int>> roots() const;
   Status visit(const Visit& at, std::vector<Visit>& stack);
   Status readExtras(const tinygltf::Node& node, const std::string& where, const glm::mat4& toWorld, Visit& at);
   Status addMesh(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld, const std::string& where);
@@ -59,8 +64,9 @@ class NodeImporter {
   Status addCamera(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld, const std::string& where);
   Status addLight(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld, const std::string& where);
   void warnOfMorph(const Visit& at, const tinygltf::Node& node, const std::string& where);
-  std::string pathOf(int node) const;
-  std::string nameOf(int node) const;
+  void readVisibility(const tinygltf::Node& node, Visit& at) const;
+  void warnOfShowing(const Visit& at);
+  void tellHidden() const;
   std::string instanceName(int node);
 
   const GltfDocument& document_;
@@ -71,6 +77,9 @@ class NodeImporter {
   std::uint64_t triangles_ = 0;
   std::map<int, std::size_t> unnamed_;  // drawn nodes without a name, numbered as they are met
   std::set<int> morphsTold_;
+  std::set<int> showingTold_;
+  std::size_t hidden_ = 0;  // nodes that a mesh or light was left out of
+  int firstHidden_ = kNoNode;
 };
 
 bool finite(const glm::dmat4& m) {
@@ -115,79 +124,11 @@ std::optional<BakeMode> bakeModeByName(std::string_view name) {
   return std::nullopt;
 }
 
-std::string NodeImporter::nameOf(int node) const {
-  const std::string& name = document_.model.nodes[static_cast<std::size_t>(node)].name;
-  return name.empty() ? "node" + std::to_string(node) : name;
-}
-
 // A name that does not change when other nodes are put before the node in the file.
 std::string NodeImporter::instanceName(int node) {
   const std::string& name = document_.model.nodes[static_cast<std::size_t>(node)].name;
   if (!name.empty()) return name;
   return "unnamed node " + std::to_string(unnamed_.try_emplace(node, unnamed_.size()).first->second);
-}
-
-std::string NodeImporter::pathOf(int node) const { return jsonPath("nodes", node) + " '" + nameOf(node) + "'"; }
-
-// Every node has at most one parent, and none is its own ancestor.
-Status NodeImporter::checkForest() const {
-  const auto& nodes = document_.model.nodes;
-  std::vector<int> parent(nodes.size(), -1);
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    for (const int child : nodes[i].children) {
-      if (child < 0 || static_cast<std::size_t>(child) >= nodes.size())
-        return document_.invalid(
-            pathOf(static_cast<int>(i)),
-            "child " + jsonPath("nodes", child) + " does not exist, there are " + std::to_string(nodes.size()));
-      int& up = parent[static_cast<std::size_t>(child)];
-      if (up >= 0)
-        return document_.invalid(pathOf(child),
-                                 "has two parents, " + pathOf(up) + " and " + pathOf(static_cast<int>(i)));
-      up = static_cast<int>(i);
-    }
-  }
-  std::vector<std::uint8_t> seen(nodes.size(), 0);  // 1 = on the path now, 2 = known to end at a root
-  for (std::size_t start = 0; start < nodes.size(); ++start) {
-    int at = static_cast<int>(start);
-    for (; at >= 0 && seen[static_cast<std::size_t>(at)] == 0; at = parent[static_cast<std::size_t>(at)])
-      seen[static_cast<std::size_t>(at)] = 1;
-    if (at >= 0 && seen[static_cast<std::size_t>(at)] == 1)
-      return document_.invalid(pathOf(at), "is its own ancestor: the nodes form a cycle");
-    for (at = static_cast<int>(start); at >= 0 && seen[static_cast<std::size_t>(at)] == 1;
-         at = parent[static_cast<std::size_t>(at)])
-      seen[static_cast<std::size_t>(at)] = 2;
-  }
-  return done();
-}
-
-// The default scene's nodes, the first scene's, or every node without a parent.
-Result<std::vector<int>> NodeImporter::roots() const {
-  const auto& model = document_.model;
-  if (model.defaultScene >= 0 && static_cast<std::size_t>(model.defaultScene) >= model.scenes.size())
-    return document_.invalid("scene", jsonPath("scenes", model.defaultScene) + " does not exist, there are " +
-                                          std::to_string(model.scenes.size()));
-  if (model.scenes.empty()) {
-    std::vector<std::uint8_t> isChild(model.nodes.size(), 0);
-    for (const tinygltf::Node& node : model.nodes) {
-      for (const int child : node.children) isChild[static_cast<std::size_t>(child)] = 1;
-    }
-    std::vector<int> out;
-    for (std::size_t i = 0; i < isChild.size(); ++i) {
-      if (!isChild[i]) out.push_back(static_cast<int>(i));
-    }
-    return out;
-  }
-  const int index = std::max(model.defaultScene, 0);
-  std::vector<int> out = model.scenes[static_cast<std::size_t>(index)].nodes;
-  std::vector<std::uint8_t> listed(model.nodes.size(), 0);
-  for (const int node : out) {
-    if (node < 0 || static_cast<std::size_t>(node) >= model.nodes.size())
-      return document_.invalid(jsonPath("scenes", index), jsonPath("nodes", node) + " does not exist, there are " +
-                                                              std::to_string(model.nodes.size()));
-    if (listed[static_cast<std::size_t>(node)]++)
-      return document_.invalid(jsonPath("scenes", index), pathOf(node) + " is listed twice");
-  }
-  return out;
 }
 
 // extras.relume: {"bake": "static"|"gridLit"|"dynamic"|"ignore", "texelDensity": f, "playSpace": false} hold for the
@@ -232,7 +173,7 @@ Status NodeImporter::readExtras(const tinygltf::Node& node, const std::string& w
       size[i] = volume.Get(i).IsNumber() ? static_cast<float>(volume.Get(i).GetNumberAsDouble()) : 0.0f;
     const bool good = size.x > 0.0f && size.y > 0.0f && size.z > 0.0f && std::isfinite(size.x + size.y + size.z);
     if (!good) return document_.invalid(path + ".volume", "expected three sizes above 0");
-    scene_.volumes.push_back({nameOf(at.node), glm::scale(toWorld, size)});
+    scene_.volumes.push_back({nodeName(document_, at.node), glm::scale(toWorld, size)});
   }
   return done();
 }
@@ -346,7 +287,8 @@ Status NodeImporter::addCamera(const tinygltf::Node& node, const Visit& at, cons
   const tinygltf::Camera& source = cameras[static_cast<std::size_t>(node.camera)];
   const std::string path = jsonPath("cameras", node.camera) + (source.name.empty() ? "" : " '" + source.name + "'");
   Camera camera;
-  camera.name = source.name.empty() ? nameOf(static_cast<int>(&node - document_.model.nodes.data())) : source.name;
+  camera.name =
+      source.name.empty() ? nodeName(document_, static_cast<int>(&node - document_.model.nodes.data())) : source.name;
   camera.node = node.name;
   camera.playSpace = at.playSpace;
   camera.orthographic = source.type == "orthographic";
@@ -385,7 +327,7 @@ Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const
   const tinygltf::Light& source = lights[static_cast<std::size_t>(index)];
   const std::string path = jsonPath("lights", index) + (source.name.empty() ? "" : " '" + source.name + "'");
   SceneLight light;
-  light.name = source.name.empty() ? nameOf(at.node) : source.name;
+  light.name = source.name.empty() ? nodeName(document_, at.node) : source.name;
   light.node = node.name;
   if (source.type == "directional") {
     light.kind = LightKind::directional;
@@ -428,8 +370,9 @@ Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const
 // What an animation bends is baked in the shape of its weights: say so once a mesh.
 void NodeImporter::warnOfMorph(const Visit& at, const tinygltf::Node& node, const std::string& where) {
   const tinygltf::Mesh& mesh = document_.model.meshes[static_cast<std::size_t>(node.mesh)];
-  const AnimatedWeights& animated = document_.animatedWeights;
-  const bool moves = animated.nodes.contains(at.node) || (node.weights.empty() && animated.meshes.contains(node.mesh));
+  const Animated& animated = document_.animated;
+  const bool moves = animated.weightsOfNodes.contains(at.node) ||
+                     (node.weights.empty() && animated.weightsOfMeshes.contains(node.mesh));
   const bool hasTargets = std::any_of(mesh.primitives.begin(), mesh.primitives.end(),
                                       [](const tinygltf::Primitive& p) { return !p.targets.empty(); });
   if (!moves || !hasTargets || !morphsTold_.insert(node.mesh).second) return;
@@ -440,13 +383,45 @@ void NodeImporter::warnOfMorph(const Visit& at, const tinygltf::Node& node, cons
                            "\"dynamic\", or delete the animation if the shape stays"));
 }
 
+void NodeImporter::readVisibility(const tinygltf::Node& node, Visit& at) const {
+  const auto extension = node.extensions.find("KHR_node_visibility");
+  if (extension != node.extensions.end() && extension->second.Has("visible") &&
+      !extension->second.Get("visible").Get<bool>())
+    at.hidden = true;
+  if (document_.animated.visibilityOfNodes.contains(at.node)) at.shownAndHidden = at.node;
+}
+
+// What an animation shows and hides is baked, or left out, as the file has it: say so once a node that it moves.
+void NodeImporter::warnOfShowing(const Visit& at) {
+  if (at.shownAndHidden == kNoNode || !showingTold_.insert(at.shownAndHidden).second) return;
+  context_.message(
+      Severity::warning,
+      document_.at(nodePath(document_, at.shownAndHidden) +
+                   ": an animation shows and hides it and what is below, which bakes do not know: " +
+                   (at.hidden ? "as the file hides it, it is left out" : "as the file shows it, it is baked") +
+                   "; mark the node extras.relume.bake: \"dynamic\", or delete the animation if it stays so"));
+}
+
+void NodeImporter::tellHidden() const {
+  if (hidden_ == 0) return;
+  context_.message(Severity::info,
+                   document_.at("left out the meshes and lights of nodes that KHR_node_visibility hides: " +
+                                std::to_string(hidden_) + ", the first " + nodePath(document_, firstHidden_)));
+}
+
 Status NodeImporter::visit(const Visit& from, std::vector<Visit>& stack) {
   const tinygltf::Node& node = document_.model.nodes[static_cast<std::size_t>(from.node)];
-  const std::string where = pathOf(from.node);
+  const std::string where = nodePath(document_, from.node);
   Visit at = from;
   const glm::dmat4 toWorld = from.parent * localTransform(node);
   if (Status status = readExtras(node, where, glm::mat4(toWorld), at); !status) return status;
-  if (node.mesh >= 0 && at.mode != BakeMode::ignore) {
+  readVisibility(node, at);
+  const bool hasMesh = node.mesh >= 0 && at.mode != BakeMode::ignore;
+  if (hasMesh && node.skin < 0 && at.mode != BakeMode::dynamic) warnOfShowing(at);
+  if (at.hidden && (hasMesh || node.extensions.contains("KHR_lights_punctual"))) {
+    if (hidden_++ == 0) firstHidden_ = at.node;
+  }
+  if (hasMesh && !at.hidden) {
     Visit placed = at;
     if (node.skin >= 0 && at.mode != BakeMode::dynamic) {
       placed.mode = BakeMode::dynamic;
@@ -458,15 +433,17 @@ Status NodeImporter::visit(const Visit& from, std::vector<Visit>& stack) {
   if (node.camera >= 0) {
     if (Status status = addCamera(node, at, toWorld, where); !status) return status;
   }
-  if (Status status = addLight(node, at, toWorld, where); !status) return status;
+  if (!at.hidden) {
+    if (Status status = addLight(node, at, toWorld, where); !status) return status;
+  }
   for (auto child = node.children.rbegin(); child != node.children.rend(); ++child)
-    stack.push_back({*child, toWorld, at.mode, at.texelDensity, at.playSpace});
+    stack.push_back({*child, toWorld, at.mode, at.texelDensity, at.playSpace, at.hidden, at.shownAndHidden});
   return done();
 }
 
 Status NodeImporter::run() {
-  if (Status status = checkForest(); !status) return status;
-  const Result<std::vector<int>> starts = roots();
+  if (Status status = checkForest(document_); !status) return status;
+  const Result<std::vector<int>> starts = findRoots(document_);
   if (!starts) return starts.error();
   std::vector<Visit> stack;
   for (auto root = starts->rbegin(); root != starts->rend(); ++root) stack.push_back({*root, glm::dmat4(1.0)});
@@ -477,9 +454,10 @@ Status NodeImporter::run() {
     if (context_.cancelled()) return cancelledError();
     if (visited[static_cast<std::size_t>(at.node)]++)
       return document_.invalid(jsonPath("scenes", std::max(document_.model.defaultScene, 0)),
-                               pathOf(at.node) + " is listed, and a node above it is, too");
+                               nodePath(document_, at.node) + " is listed, and a node above it is, too");
     if (Status status = visit(at, stack); !status) return status;
   }
+  tellHidden();
   return done();
 }
 

@@ -49,7 +49,8 @@ constexpr Field kMeshopt[] = {{"buffer", Kind::index, {}, 0, true},
                               {"count", Kind::index, {}, 0, true},
                               {"mode", Kind::text, {}, 0, true},
                               {"filter", Kind::text}};
-constexpr Field kViewExtensions[] = {{"EXT_meshopt_compression", Kind::object, kMeshopt}};
+constexpr Field kViewExtensions[] = {{kMeshoptExtensions[0], Kind::object, kMeshopt},
+                                     {kMeshoptExtensions[1], Kind::object, kMeshopt}};
 constexpr Field kBufferView[] = {
     {"buffer", Kind::index, {}, 0, true}, {"byteOffset", Kind::size}, {"byteLength", Kind::size, {}, 0, true},
     {"byteStride", Kind::size},           {"name", Kind::text},       {"extensions", Kind::object, kViewExtensions}};
@@ -77,8 +78,10 @@ constexpr Field kMesh[] = {
 
 constexpr Field kInstancing[] = {{"attributes", Kind::indexMap, {}, 0, true}};
 constexpr Field kLightRef[] = {{"light", Kind::index, {}, 0, true}};
+constexpr Field kVisibility[] = {{"visible", Kind::boolean}};
 constexpr Field kNodeExtensions[] = {{"EXT_mesh_gpu_instancing", Kind::object, kInstancing},
-                                     {"KHR_lights_punctual", Kind::object, kLightRef}};
+                                     {"KHR_lights_punctual", Kind::object, kLightRef},
+                                     {"KHR_node_visibility", Kind::object, kVisibility}};
 constexpr Field kNode[] = {{"name", Kind::text},
                            {"mesh", Kind::index},
                            {"camera", Kind::index},

@@ -71,7 +71,7 @@ Result<TextureSlot> readSlot(const GltfDocument& document, int texture, int texc
     }
     return Error{ErrorCode::unsupported,
                  document.at(where + ": " + jsonPath("textures", texture) + " has no PNG or JPEG image, only one for " +
-                             t.extensions.begin()->first)};
+                             t.extensions.begin()->first + imageRemedy(t.extensions.begin()->first))};
   }
   if (t.sampler >= 0) {
     const tinygltf::Sampler& sampler = model.samplers[static_cast<std::size_t>(t.sampler)];

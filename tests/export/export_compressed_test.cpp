@@ -99,6 +99,33 @@ TEST(ExportCompressed, meshoptViewsStayAndSplitVerticesAreDecoded) {
   EXPECT_EQ(e.after["meshes"][0], e.before["meshes"][0]);  // the dynamic node's
 }
 
+// Numbers of the extension are no accessors: what is split and no longer referred to is cut.
+TEST(ExportCompressed, numbersOfMeshoptViewsKeepNothing) {
+  for (const char* name : kMeshoptExtensions) {
+    GltfBuilder b;
+    const int roof = b.mesh({{"attributes", {{"POSITION", b.floats(kRoof, "VEC3")}}},
+                             {"indices", b.indices({kIndices.begin(), kIndices.end()})}});
+    b.node({{"mesh", roof}});
+    Bytes vertices(meshopt_encodeVertexBufferBound(6, 12));
+    vertices.resize(meshopt_encodeVertexBuffer(vertices.data(), vertices.size(), kRoof.data(), 6, 12));
+    const int view = compressedView(b, vertices, 6, 12, "ATTRIBUTES");
+    json& extensions = b.root["bufferViews"][view]["extensions"];
+    const json compression = extensions["EXT_meshopt_compression"];
+    extensions = {{name, compression}};
+    const int mesh =
+        b.mesh({{"attributes", {{"POSITION", b.accessor(view, 5126, 6, "VEC3")}}}, {"indices", b.indices({0, 1, 2})}});
+    b.node({{"mesh", mesh}, {"translation", {0, 0, -5}}, {"extras", {{"relume", {{"bake", "dynamic"}}}}}});
+    b.root["extensionsRequired"] = b.root["extensionsUsed"] = {name};
+    b.root["buffers"] = json::array(
+        {{{"byteLength", b.binary.size()}}, {{"byteLength", 1000}, {"extensions", {{name, {{"fallback", true}}}}}}});
+    addEye(b);
+    const Exported e = test::exportOf(b.write(), test::tinyBakeOptions());
+    EXPECT_TRUE(test::isHusk(e.after["accessors"][0])) << name << e.after["accessors"][0];
+    EXPECT_TRUE(e.after["bufferViews"][view]["extensions"].contains(name));
+    test::expectSameSurfaces(e.scene, e.again);
+  }
+}
+
 TEST(ExportCompressed, dracoPrimitivesAreDecoded) {
   draco::TriangleSoupMeshBuilder builder;
   const auto faces = static_cast<std::uint32_t>(kIndices.size() / 3);

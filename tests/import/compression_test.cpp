@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// EXT_meshopt_compression and KHR_draco_mesh_compression, encoded here by the packages that define them.
+// EXT_meshopt_compression, KHR_meshopt_compression and KHR_draco_mesh_compression, encoded here by the packages that
+// define them.
 #include "tests/import/gltf_builder.h"
 
 #include <meshoptimizer.h>
@@ -27,6 +28,8 @@ using namespace relume::testing;
 using Bytes = std::vector<std::uint8_t>;
 
 const std::vector<std::uint32_t> kIndices = {0, 1, 2, 0, 2, 3};
+constexpr const char* kMeshopt = "EXT_meshopt_compression";
+constexpr const char* kSuccessor = "KHR_meshopt_compression";
 
 Bytes encodeVertices(const void* vertices, std::size_t count, std::size_t stride) {
   Bytes out(meshopt_encodeVertexBufferBound(count, stride));
@@ -36,39 +39,40 @@ Bytes encodeVertices(const void* vertices, std::size_t count, std::size_t stride
 
 // A buffer view that is compressed, with a fallback buffer that holds nothing.
 int compressedView(GltfBuilder& b, const Bytes& data, std::size_t count, std::size_t stride, const char* mode,
-                   const char* filter = "NONE") {
+                   const char* filter = "NONE", const char* extension = kMeshopt) {
   const int raw = b.view(data);
   const json source = b.root["bufferViews"][raw];
   b.root["bufferViews"][raw] = {{"buffer", 1}, {"byteLength", count * stride}};
-  b.root["bufferViews"][raw]["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0},
-                                                                         {"byteOffset", source["byteOffset"]},
-                                                                         {"byteLength", data.size()},
-                                                                         {"byteStride", stride},
-                                                                         {"count", count},
-                                                                         {"mode", mode},
-                                                                         {"filter", filter}};
-  b.root["extensionsRequired"] = {"EXT_meshopt_compression"};
+  b.root["bufferViews"][raw]["extensions"][extension] = {{"buffer", 0},
+                                                         {"byteOffset", source["byteOffset"]},
+                                                         {"byteLength", data.size()},
+                                                         {"byteStride", stride},
+                                                         {"count", count},
+                                                         {"mode", mode},
+                                                         {"filter", filter}};
+  b.root["extensionsRequired"] = {extension};
   return raw;
 }
 
-void addFallback(GltfBuilder& b) {
-  b.root["buffers"] =
-      json::array({{{"byteLength", b.binary.size()}},
-                   {{"byteLength", 1000}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}}});
+void addFallback(GltfBuilder& b, const char* extension = kMeshopt) {
+  b.root["buffers"] = json::array(
+      {{{"byteLength", b.binary.size()}}, {{"byteLength", 1000}, {"extensions", {{extension, {{"fallback", true}}}}}}});
 }
 
 TEST(Compression, meshoptVerticesAndTrianglesRoundTrip) {
-  for (const bool triangles : {true, false}) {
+  for (const auto& [triangles, extension] :
+       {std::pair(true, kMeshopt), {false, kMeshopt}, {true, kSuccessor}, {false, kSuccessor}}) {
     GltfBuilder b;
     Bytes indices(1000);
     indices.resize(triangles ? meshopt_encodeIndexBuffer(indices.data(), indices.size(), kIndices.data(), 6)
                              : meshopt_encodeIndexSequence(indices.data(), indices.size(), kIndices.data(), 6));
     const int position =
-        b.accessor(compressedView(b, encodeVertices(kSquare.data(), 4, 12), 4, 12, "ATTRIBUTES"), 5126, 4, "VEC3");
-    const int index =
-        b.accessor(compressedView(b, indices, 6, 2, triangles ? "TRIANGLES" : "INDICES"), 5123, 6, "SCALAR");
+        b.accessor(compressedView(b, encodeVertices(kSquare.data(), 4, 12), 4, 12, "ATTRIBUTES", "NONE", extension),
+                   5126, 4, "VEC3");
+    const int index = b.accessor(
+        compressedView(b, indices, 6, 2, triangles ? "TRIANGLES" : "INDICES", "NONE", extension), 5123, 6, "SCALAR");
     b.node({{"mesh", b.mesh({{"attributes", {{"POSITION", position}}}, {"indices", index}})}});
-    addFallback(b);
+    addFallback(b, extension);
     const Result<Scene> scene = b.import();
     ASSERT_TRUE(scene) << scene.error().message;
     ASSERT_EQ(scene->triangleCount(), 2u);
@@ -144,6 +148,56 @@ TEST(Compression, brokenMeshoptDataIsNamed) {
   const Result<Scene> scene = b.import();
   ASSERT_FALSE(scene);
   EXPECT_NE(scene.error().message.find("broken compressed data"), std::string::npos) << scene.error().message;
+}
+
+// A square whose positions are of a version that the library does not decode.
+GltfBuilder newerLevel() {
+  constexpr std::uint8_t kNewer = MESHOPTIMIZER_VERSION < 230 ? 0xa1 : 0xa2;
+  GltfBuilder b;
+  Bytes data = encodeVertices(kSquare.data(), 4, 12);
+  data[0] = kNewer;
+  const int view = compressedView(b, data, 4, 12, "ATTRIBUTES", "NONE", kSuccessor);
+  b.node({{"mesh", b.mesh({{"attributes", {{"POSITION", b.accessor(view, 5126, 4, "VEC3")}}},
+                           {"indices", b.indices({0, 1, 2, 0, 2, 3})}})}});
+  addFallback(b, kSuccessor);
+  return b;
+}
+
+TEST(Compression, streamsThatTheLibraryCannotDecodeAreReadFromTheirFallback) {
+  GltfBuilder b = newerLevel();
+  const Result<Scene> refused = b.import();
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::unsupported);
+  for (const char* part : {"test.glb: bufferViews[0].extensions.KHR_meshopt_compression: version ",
+                           " of the vertex codec is not in meshoptimizer ", "gltfpack -ce ext"})
+    EXPECT_NE(refused.error().message.find(part), std::string::npos) << refused.error().message;
+
+  Bytes plain(48);
+  std::memcpy(plain.data(), kSquare.data(), plain.size());
+  b.root["buffers"][1]["byteLength"] = plain.size();
+  b.root["buffers"][1]["uri"] = "data:application/octet-stream;base64," + base64(plain);
+  b.root.erase("extensionsRequired");
+  const Result<Scene> scene = b.import();
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_EQ(scene->meshes.at(0).position.at(2), glm::vec3(1, 1, 0));
+
+  // A view that lies where its own compressed data does has no fallback.
+  b.root["bufferViews"][0]["buffer"] = 0;
+  EXPECT_FALSE(b.import());
+}
+
+TEST(Compression, filtersThatTheLibraryLacksAreNamed) {
+  GltfBuilder b;
+  const std::vector<std::uint8_t> colors(16, 255);
+  compressedView(b, encodeVertices(colors.data(), 4, 4), 4, 4, "ATTRIBUTES", "COLOR", kSuccessor);
+  addFallback(b, kSuccessor);
+  const Result<Scene> scene = b.import();
+  ASSERT_EQ(static_cast<bool>(scene), MESHOPTIMIZER_VERSION >= 250);
+  if (!scene) {
+    EXPECT_NE(scene.error().message.find("KHR_meshopt_compression: filter COLOR is not in meshoptimizer "),
+              std::string::npos)
+        << scene.error().message;
+  }
 }
 
 Bytes encodeDraco(int method = draco::MESH_EDGEBREAKER_ENCODING) {

@@ -143,6 +143,11 @@ TEST(HostileFiles, linksMayPointInsideTheFolderOnly) {
 
 TEST(HostileFiles, brokenDataUrisAreNamed) {
   expectRefused(importWithBuffer("data:application/octet-stream;base64,AA=A"), ErrorCode::invalidFile, "broken base64");
+  // As encoders for mail write it; RFC 4648, section 3.3, has it refused, and so does the glTF validator.
+  for (const char* blank : {"\n", "\r\n", " "}) {
+    expectRefused(importWithBuffer("data:application/octet-stream;base64,AAAA" + std::string(blank) + "AAA="),
+                  ErrorCode::invalidFile, "buffers[0]: data URI with a blank or line break in its base64, after 4 ");
+  }
   expectRefused(importWithBuffer("data:application/octet-stream,abcd"), ErrorCode::invalidFile, "not base64");
   expectRefused(importWithBuffer("data:application/octet-stream;base64,AAA="), ErrorCode::invalidFile,
                 "byteLength is 4, its data has 2");

@@ -143,7 +143,15 @@ const Case kCases[] = {
      [](GltfBuilder& b) {
        b.root["textures"][0] = {{"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}};
      },
-     ErrorCode::unsupported, "only one for KHR_texture_basisu"},
+     ErrorCode::unsupported,
+     "only one for KHR_texture_basisu; convert its images by gltf-transform ktxdecompress IN OUT"},
+    {"imagesOfAnotherFormatRequired", [](GltfBuilder& b) { b.root["extensionsRequired"] = {"EXT_texture_webp"}; },
+     ErrorCode::unsupported,
+     "requires the extension EXT_texture_webp, which is not supported; convert its images by gltf-transform png"},
+    {"imagesOfGamesRequired", [](GltfBuilder& b) { b.root["extensionsRequired"] = {"MSFT_texture_dds"}; },
+     ErrorCode::unsupported, "which is not supported; export the level with PNG or JPEG images"},
+    {"visibilityIsANumber", [](GltfBuilder& b) { node(b, 0)["extensions"]["KHR_node_visibility"]["visible"] = 0; },
+     ErrorCode::invalidFile, "nodes[0].extensions.KHR_node_visibility.visible: expected true or false, found 0"},
     {"cycle",
      [](GltfBuilder& b) {
        node(b, 0)["children"] = {1};

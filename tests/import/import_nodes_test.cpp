@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The node graph: transforms, scenes, cameras, lights, play volumes, bake modes.
+// The node graph: transforms, scenes, cameras, lights, play volumes, bake modes, visibility.
 #include "tests/import/expect_near.h"
 #include "tests/import/gltf_builder.h"
 
@@ -205,6 +205,69 @@ TEST(ImportNodes, aLightsOwnScaleDoesNotTurnItButAMirroredParentMirrorsIt) {
   expectNear(scene->lights.at(1).direction, {1, 0, 0});
 }
 
+std::size_t countMessages(const GltfBuilder& b, const char* text) {
+  return static_cast<std::size_t>(std::count_if(
+      b.messages.begin(), b.messages.end(), [&](const std::string& m) { return m.find(text) != std::string::npos; }));
+}
+
+TEST(ImportNodes, hiddenNodesAndThoseBelowHaveNoMeshesAndLights) {
+  GltfBuilder b;
+  b.root["extensionsRequired"] = {"KHR_node_visibility"};
+  b.root["cameras"] = json::array({{{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.05}}}}});
+  const int shown = b.quad(), saysNothing = b.quad(), below = b.quad(), instanced = b.quad(), skinned = b.quad();
+  const json lamp = withLight(b, {{"type", "point"}}), hiddenLamp = withLight(b, {{"type", "point"}});
+  b.node(lamp);
+  const int lampBelow = b.node(hiddenLamp);
+  const int camera = b.node({{"camera", 0}, {"extras", {{"relume", {{"volume", {1, 1, 1}}}}}}});
+  json& nodes = b.root["nodes"];
+  nodes[shown]["extensions"]["KHR_node_visibility"]["visible"] = true;
+  nodes[saysNothing]["extensions"]["KHR_node_visibility"] = json::object();
+  nodes[below]["extensions"]["KHR_node_visibility"]["visible"] = true;  // the node above has the last word
+  nodes[instanced]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] =
+      b.floats({1, 0, 0, 0, 2, 0}, "VEC3");
+  nodes[skinned]["skin"] = 0;
+  b.root["scenes"][0]["nodes"] = {shown, saysNothing, lampBelow - 1};
+  b.node({{"children", {below, instanced, skinned, lampBelow, camera}},
+          {"extensions", {{"KHR_node_visibility", {{"visible", false}}}}}});
+  const Result<Scene> scene = b.import();
+  ASSERT_TRUE(scene) << scene.error().message;
+  ASSERT_EQ(scene->instances.size(), 2u);
+  EXPECT_EQ(scene->instances[0].nodeIndex, static_cast<std::uint32_t>(shown));
+  EXPECT_EQ(scene->instances[1].nodeIndex, static_cast<std::uint32_t>(saysNothing));
+  EXPECT_EQ(scene->lights.size(), 1u);
+  EXPECT_EQ(scene->cameras.size(), 1u);
+  EXPECT_EQ(scene->volumes.size(), 1u);
+  EXPECT_EQ(countMessages(b, "that KHR_node_visibility hides: 4, the first nodes[2] 'node2'"), 1u);
+  EXPECT_EQ(b.messages.size(), 1u);
+}
+
+TEST(ImportNodes, whatAnAnimationShowsAndHidesIsTakenAsTheFileHasIt) {
+  GltfBuilder b;
+  const int door = b.quad(), fog = b.quad(), moved = b.quad();
+  json& nodes = b.root["nodes"];
+  nodes[fog]["extensions"]["KHR_node_visibility"]["visible"] = false;
+  nodes[moved]["extras"]["relume"]["bake"] = "dynamic";
+  b.root["animations"][0]["channels"] = json::array();
+  for (const int node : {door, fog, moved}) {
+    json target = {{"path", "pointer"}};
+    target["extensions"]["KHR_animation_pointer"]["pointer"] =
+        "/nodes/" + std::to_string(node) + "/extensions/KHR_node_visibility/visible";
+    b.root["animations"][0]["channels"].push_back({{"sampler", 0}, {"target", target}});
+  }
+  const Result<Scene> scene = b.import();
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_EQ(scene->instances.size(), 2u);
+  EXPECT_EQ(countMessages(b, "an animation shows and hides"), 2u);
+  EXPECT_EQ(countMessages(b,
+                          "nodes[0] 'node0': an animation shows and hides it and what is below, which bakes do not "
+                          "know: as the file shows it, it is baked; mark the node"),
+            1u);
+  EXPECT_EQ(countMessages(b,
+                          "nodes[1] 'node1': an animation shows and hides it and what is below, which bakes do not "
+                          "know: as the file hides it, it is left out; mark the node"),
+            1u);
+}
+
 TEST(ImportNodes, extrasSetBakeModeDensityAndVolumes) {
   GltfBuilder b;
   const int quad = b.quad();
@@ -238,14 +301,10 @@ TEST(ImportNodes, extrasThatNobodyReadsAreWarnedOfOnce) {
   const Result<Scene> scene = b.import();
   ASSERT_TRUE(scene) << scene.error().message;
   EXPECT_EQ(scene->instances[0].mode, BakeMode::dynamic);
-  const auto said = [&](const char* text) {
-    return std::count_if(b.messages.begin(), b.messages.end(),
-                         [&](const std::string& m) { return m.find(text) != std::string::npos; });
-  };
-  EXPECT_EQ(said("extras.relume.texelDensty: nothing is known by this name"), 1);
-  EXPECT_EQ(said("known here: bake, playSpace, texelDensity, volume"), 1);
-  EXPECT_EQ(said("extras.relume.driveable: nothing is known by this name"), 1);
-  EXPECT_EQ(said("nothing is known by this name"), 2);
+  EXPECT_EQ(countMessages(b, "extras.relume.texelDensty: nothing is known by this name"), 1u);
+  EXPECT_EQ(countMessages(b, "known here: bake, playSpace, texelDensity, volume"), 1u);
+  EXPECT_EQ(countMessages(b, "extras.relume.driveable: nothing is known by this name"), 1u);
+  EXPECT_EQ(countMessages(b, "nothing is known by this name"), 2u);
 }
 
 TEST(ImportNodes, bakeModeHoldsForWhatIsBelow) {
