@@ -2,7 +2,8 @@
 # A level that `relume bake --export-glb` wrote: Godot 3 reads no .glb while it runs, so it is read here.
 extends Reference
 
-const EXTENSIONS := ["KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_mesh_quantization"]  # that are read
+# That are read.
+const EXTENSIONS := ["KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_mesh_quantization", "KHR_node_visibility"]
 const SIZES := {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # [bytes] of component types
 const ONES := {5120: 127.0, 5121: 255.0, 5122: 32767.0, 5123: 65535.0}  # what stands for 1 where they are normalised
 
@@ -62,7 +63,7 @@ func read(path: String) -> bool:
 	for image in _json.get("images", []):
 		_add_image(_json["bufferViews"][int(image["bufferView"])], image["mimeType"])
 	for node in scene["nodes"]:
-		_add_node(_json["nodes"][int(node)], Transform())
+		_add_node(_json["nodes"][int(node)], Transform(), true)
 	return true
 
 func _fail(text: String) -> bool:
@@ -192,35 +193,41 @@ func _rigid(world: Transform) -> Transform:
 	var x := world.basis.y.cross(z).normalized()
 	return Transform(x, z.cross(x), z, world.origin)
 
-func _add_node(node: Dictionary, parent: Transform) -> void:
+# Of nodes that KHR_node_visibility hides, or below such a one, cameras alone are read, as bakes have it.
+func _add_node(node: Dictionary, parent: Transform, is_parent_shown: bool) -> void:
+	var extensions: Dictionary = node.get("extensions", {})
+	var is_shown: bool = is_parent_shown and extensions.get("KHR_node_visibility", {}).get("visible", true)
 	var local := Transform()
+	var turn := Basis()  # without the node's own scale, unless it is in its matrix: a light's own scale does not turn it
 	if "matrix" in node:
 		var m: Array = node["matrix"]
 		local = Transform(Vector3(m[0], m[1], m[2]), Vector3(m[4], m[5], m[6]), Vector3(m[8], m[9], m[10]), Vector3(m[12], m[13], m[14]))
+		turn = local.basis
 	else:
 		var t: Array = node.get("translation", [0, 0, 0])
 		var r: Array = node.get("rotation", [0, 0, 0, 1])
 		var s: Array = node.get("scale", [1, 1, 1])
-		local.basis = Basis(Quat(r[0], r[1], r[2], r[3]))
+		turn = Basis(Quat(r[0], r[1], r[2], r[3]))
+		local.basis = turn
 		local.basis.x *= s[0]
 		local.basis.y *= s[1]
 		local.basis.z *= s[2]
 		local.origin = Vector3(t[0], t[1], t[2])
 	var world := parent * local
-	if "mesh" in node:
+	if is_shown and "mesh" in node:
 		var mesh: Dictionary = _json["meshes"][int(node["mesh"])]
 		for primitive in mesh["primitives"]:
 			_add_primitive(primitive, world, node.get("weights", mesh.get("weights", [])))
 	if "camera" in node:
 		_add_camera(_json["cameras"][int(node["camera"])], world)
-	var punctual: Dictionary = node.get("extensions", {}).get("KHR_lights_punctual", {})
-	if "light" in punctual:
+	var punctual: Dictionary = extensions.get("KHR_lights_punctual", {})
+	if is_shown and "light" in punctual:
 		var light: Dictionary = _json["extensions"]["KHR_lights_punctual"]["lights"][int(punctual["light"])]
 		var ours = {"directional": sun, "point": lamp}.get(light["type"])
 		if ours != null and ours["intensity"] == Color(0, 0, 0):  # the first of each kind; spots are left to you
 			var c: Array = light.get("color", [1, 1, 1])
 			var i: float = _unit * light.get("intensity", 1.0)
 			ours["intensity"] = Color(c[0] * i, c[1] * i, c[2] * i)
-			ours["transform"] = _rigid(world)
+			ours["transform"] = _rigid(Transform(parent.basis * turn, world.origin))
 	for child in node.get("children", []):
-		_add_node(_json["nodes"][int(child)], world)
+		_add_node(_json["nodes"][int(child)], world, is_shown)

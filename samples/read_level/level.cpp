@@ -21,8 +21,8 @@
 
 namespace {
 
-constexpr std::array<std::string_view, 3> kReadExtensions{"KHR_lights_punctual", "KHR_materials_emissive_strength",
-                                                          "KHR_mesh_quantization"};
+constexpr std::array<std::string_view, 4> kReadExtensions{"KHR_lights_punctual", "KHR_materials_emissive_strength",
+                                                          "KHR_mesh_quantization", "KHR_node_visibility"};
 
 // A member of what may be no object: nothing then.
 tinygltf::Value memberOf(const tinygltf::Value& value, const char* name) {
@@ -33,6 +33,14 @@ tinygltf::Value memberOf(const tinygltf::Value& value, const char* name) {
 glm::mat4 rigid(const glm::mat4& m) {
   const glm::vec3 z = glm::normalize(glm::vec3(m[2])), x = glm::normalize(glm::cross(glm::vec3(m[1]), z));
   return {glm::vec4(x, 0.0f), glm::vec4(glm::cross(z, x), 0.0f), glm::vec4(z, 0.0f), m[3]};
+}
+
+// Whether KHR_node_visibility hides a node, and with it all below.
+bool isHidden(const tinygltf::Node& node) {
+  const auto found = node.extensions.find("KHR_node_visibility");
+  if (found == node.extensions.end()) return false;
+  const tinygltf::Value visible = memberOf(found->second, "visible");
+  return visible.IsBool() && !visible.Get<bool>();
 }
 
 struct Loader {
@@ -135,25 +143,28 @@ struct Loader {
     hasPerspective = isPerspective;
   }
 
-  void addNode(std::size_t n, const glm::mat4& worldFromParent) {
+  // Of nodes that are hidden, or below such a one, cameras alone are read, as bakes have it.
+  void addNode(std::size_t n, const glm::mat4& worldFromParent, bool isParentShown) {
     const tinygltf::Node& node = model.nodes.at(n);
-    glm::mat4 local(1.0f);
+    const bool isShown = isParentShown && !isHidden(node);
+    glm::mat4 local(1.0f), turn(1.0f);
     if (node.matrix.size() == 16) {
       local = glm::mat4(glm::make_mat4(node.matrix.data()));
     } else {
       if (node.translation.size() == 3) local[3] = glm::vec4(glm::vec3(glm::make_vec3(node.translation.data())), 1.0f);
-      if (node.rotation.size() == 4) local = local * glm::mat4(glm::mat4_cast(glm::make_quat(node.rotation.data())));
+      if (node.rotation.size() == 4) turn = glm::mat4(glm::mat4_cast(glm::make_quat(node.rotation.data())));
+      local = local * turn;
       for (int a = 0; node.scale.size() == 3 && a < 3; ++a)
         local[a] *= static_cast<float>(node.scale[static_cast<std::size_t>(a)]);
     }
     const glm::mat4 world = worldFromParent * local;
-    if (node.mesh >= 0) {
+    if (node.mesh >= 0 && isShown) {
       const tinygltf::Mesh& mesh = model.meshes.at(static_cast<std::size_t>(node.mesh));
       for (const tinygltf::Primitive& primitive : mesh.primitives)
         addPrimitive(primitive, world, node.weights.empty() ? mesh.weights : node.weights);
     }
     if (node.camera >= 0) addCamera(model.cameras.at(static_cast<std::size_t>(node.camera)), world);
-    if (const auto found = node.extensions.find("KHR_lights_punctual"); found != node.extensions.end()) {
+    if (const auto found = node.extensions.find("KHR_lights_punctual"); isShown && found != node.extensions.end()) {
       const tinygltf::Light& light =
           model.lights.at(static_cast<std::size_t>(found->second.Get("light").GetNumberAsInt()));
       glm::vec3 color(lightFactor * static_cast<float>(light.intensity));
@@ -165,10 +176,12 @@ struct Loader {
       if (ours != nullptr && ours->intensity == glm::vec3(0.0f)) {  // the first of each kind; spots are left to you
         ours->intensity = color;
         ours->positionWorld = glm::vec3(world[3]);
-        ours->direction = -glm::normalize(glm::vec3(world[2]));
+        // The scale of the light's own node does not turn it, unless it is in its matrix; nodes above may flatten it.
+        const glm::vec3 axis(node.matrix.size() == 16 ? world[2] : worldFromParent * turn[2]);
+        ours->direction = axis == glm::vec3(0.0f) ? glm::vec3(0, 0, -1) : -glm::normalize(axis);
       }
     }
-    for (const int child : node.children) addNode(static_cast<std::size_t>(child), world);
+    for (const int child : node.children) addNode(static_cast<std::size_t>(child), world, isShown);
   }
 
   void addMaterial(const tinygltf::Material& m) {
@@ -199,7 +212,7 @@ struct Loader {
     for (const tinygltf::Image& i : model.images)
       level.images.push_back(
           {i.width, i.height, i.component == 4 && i.bits == 8 ? i.image : std::vector<unsigned char>()});
-    for (const int node : scene.nodes) addNode(static_cast<std::size_t>(node), glm::mat4(1.0f));
+    for (const int node : scene.nodes) addNode(static_cast<std::size_t>(node), glm::mat4(1.0f), true);
     if (level.indices.empty()) throw std::runtime_error("no triangles");
   }
 };

@@ -231,6 +231,26 @@ async function checkModule(module) {
   assert.notDeepEqual(relighter.coefficients().slice(), inShadow);
   assert.throws(() => relighter.relight({...dark, visibility() { throw new Error('of the host'); }}), /of the host/);
   assert.deepEqual(relighter.coefficients().slice(), inShadow);
+  // In a visibility others may be relit, but not its own relighter.
+  const lightAfter = (visibility) => {
+    relighter.reset();
+    relighter.relight({...setup, visibility});
+    return relighter.coefficients().slice();
+  };
+  const alone = lightAfter(setup.visibility), inner = new Relighter(bake);
+  for (const innerVisibility of [setup.visibility, undefined]) {
+    let calls = 0;
+    assert.deepEqual(lightAfter((...given) => {
+      setup.visibility(...given);
+      if (calls++ === 0) inner.relight({...setup, visibility: innerVisibility});
+    }), alone);
+    assert.ok(calls > 1);
+    if (innerVisibility) assert.deepEqual(inner.coefficients().slice(), alone);
+  }
+  assert.throws(() => lightAfter(() => relighter.relight()),
+                (e) => e instanceof RelumeError && e.status === 1 && /visibility of the same relighter/.test(e.message) || assert.fail(`${e}`));
+  assert.deepEqual(lightAfter(setup.visibility), alone);
+  inner.dispose();
   assert.throws(() => new Relighter(bake, {lumaBands: 7}), /lumaBands is 7, expected 1 to 4/);
   for (const name of ['lumaBands', 'chromaBands', 'movingParts', 'movingLag']) {
     assert.throws(() => new Relighter(bake, {[name]: 1.5}), (e) => e instanceof RelumeError && e.message === `${name} is 1.5, expected a whole number from 0 on`);
@@ -240,6 +260,13 @@ async function checkModule(module) {
   relighter.dispose();
   relighter.dispose();
   assert.throws(() => relighter.relight(setup), /was disposed of/);
+  // And takes no memory any more: so much would make the heap grow.
+  const heapBefore = module.wasm.HEAPU8.length, far = new Float32Array(3 * Math.ceil(heapBefore / 12));
+  for (const ask of [() => relighter.irradianceInGrid(far, far), () => relighter.irradianceOnLightmap(far.subarray(0, 2), far.subarray(0, 3)),
+                     () => relighter.coefficients(), () => relighter.irradianceMap(), () => relighter.resolveTexels(0)]) {
+    assert.throws(ask, /was disposed of/);
+  }
+  assert.equal(module.wasm.HEAPU8.length, heapBefore);
   assert.ok(kept.every(Number.isFinite));
   bake.dispose();
   assert.throws(() => bake.surfels(), /was disposed of/);
@@ -345,6 +372,29 @@ assert.deepEqual(progress.at(-1), [bytes.length, bytes.length]);
 await assert.rejects(loadBake(url('missing.relume')), /missing\.relume: HTTP 404 Not Found/);
 await assert.rejects(loadBake(url('short'), {onProgress() {}}), /short: ended early/);
 await assert.rejects(loadBake('http://127.0.0.1:1/level.relume'), /cannot be fetched/);
+// What comes in parts, whose first is shorter than what is looked for in it: the sign of gzip, the size in the header.
+{
+  const {fetch} = globalThis, loadParts = (parts) => {
+    globalThis.fetch = async () => new Response(new ReadableStream({
+      start(stream) {
+        parts.forEach((part) => stream.enqueue(new Uint8Array(part)));
+        stream.close();
+      },
+    }));
+    return loadBake('in parts', {onProgress() {}});
+  };
+  const after = (file, first) => [file.subarray(0, first), file.subarray(first)];
+  try {
+    for (const file of [zipped, packed]) (await loadParts(after(file, 1))).dispose();
+    (await loadParts([zipped.subarray(0, 0), ...after(zipped, 1)])).dispose();
+    await assert.rejects(loadParts([zipped.subarray(0, 1)]), (e) => e instanceof RelumeError && /header/.test(e.message) || assert.fail(`${e}`));
+    // 15 bytes of gzip's own, then the file as it is: the first 16 bytes of it come alone.
+    const swollen = gzipSync(Buffer.concat([packed, Buffer.alloc(1 << 20)]), {level: 0});
+    await assert.rejects(loadParts(after(swollen, 31)), (e) => e instanceof RelumeError && /gzip: more than the \d+ bytes/.test(e.message) || assert.fail(`${e}`));
+  } finally {
+    globalThis.fetch = fetch;
+  }
+}
 const stop = new AbortController();
 stop.abort();
 await assert.rejects(loadBake(url('level.relume'), {signal: stop.signal}), {name: 'AbortError'});

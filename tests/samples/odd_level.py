@@ -2,7 +2,8 @@
 """What loaders of levels get wrong unseen, in the sample level: odd_level.py LEVEL.glb ODD.glb
 
 A sofa and a table are mirrored, and bent by morph targets of 16 bits with a sign: the sofa by its node's weights, which go
-before its mesh's, the table by its mesh's alone. The first camera is orthographic, the next one scaled and mirrored.
+before its mesh's, the table by its mesh's alone. The first camera is orthographic, the next one scaled and mirrored. The
+sun's own node is mirrored, which does not turn it. Another sofa and another sun, before the others, are below a hidden node.
 """
 import pathlib
 import struct
@@ -30,11 +31,17 @@ for node in nodes:
     if node["name"] == "sofa":
         node["weights"] = [2]
 level["buffers"][0]["byteLength"] = len(binary)
-level["extensionsUsed"].append("KHR_mesh_quantization")
-level["extensionsRequired"] = ["KHR_mesh_quantization"]
+more = ["KHR_mesh_quantization", "KHR_node_visibility"]
+level["extensionsUsed"] += more
+level["extensionsRequired"] = more
+
+next(node for node in nodes if node.get("name") == "sun")["scale"] = [1, 1, -1]
 
 next(node for node in nodes if "camera" in node)["scale"] = [-2, 3, 3]
 level["cameras"].append({"name": "plan", "type": "orthographic", "orthographic": {"xmag": 2, "ymag": 2, "znear": 0, "zfar": 9}})
 nodes.append({"camera": len(level["cameras"]) - 1, "translation": [0, 2, 0]})
-level["scenes"][level.get("scene", 0)]["nodes"].insert(0, len(nodes) - 1)
+sofa = next(node["mesh"] for node in nodes if node.get("name") == "sofa")
+nodes.append({"mesh": sofa, "translation": [1.3, 0, 0], "extensions": {"KHR_lights_punctual": {"light": 0}}})
+nodes.append({"children": [len(nodes) - 1], "extensions": {"KHR_node_visibility": {"visible": False}}})
+level["scenes"][level.get("scene", 0)]["nodes"][:0] = [len(nodes) - 3, len(nodes) - 1]
 glb.write(sys.argv[2], level, binary)

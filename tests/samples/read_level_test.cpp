@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The loader of levels that samples share, on levels of one triangle that faces +Z: what nodes above it do to triangles
-// and cameras, which camera is taken, what is refused.
+// The loader of levels that samples share, on levels of one triangle that faces +Z: what nodes do to triangles, cameras
+// and lights, which camera is taken, what is hidden, what is refused.
 #include "samples/read_level/level.h"
 
 #include <gtest/gtest.h>
@@ -142,6 +142,45 @@ TEST(ReadLevel, withoutAPerspectiveCameraTheFirstStandsForIt) {
   ASSERT_TRUE(level) << level.error().message;
   EXPECT_FLOAT_EQ(level->worldFromCamera[3].x, 1.0f);
   EXPECT_FLOAT_EQ(level->fovYRad, std::acos(0.5f));
+}
+
+constexpr const char* kLights =
+    R"("extensions":{"KHR_lights_punctual":{"lights":[{"type":"directional"},{"type":"point"}]}},)";
+
+// A node that shines along -Z, which its rotation turns to -X: `members` of its own, with a comma behind each.
+std::string sunNode(const std::string& members) {
+  return "{" + members + R"("extensions":{"KHR_lights_punctual":{"light":0}}})";
+}
+
+TEST(ReadLevel, aLightsOwnScaleDoesNotTurnItButThoseOfNodesAboveAndItsMatrixDo) {
+  const std::string aside = R"("rotation":[0,0.70710678,0,0.70710678],)";
+  const struct {
+    std::string above, light;
+    glm::vec3 direction;
+  } kCases[] = {{"[1,1,1]", aside + R"("scale":[3,3,-2],)", {-1, 0, 0}},
+                {"[1,1,1]", aside + R"("scale":[1,1,0],)", {-1, 0, 0}},
+                {"[-2,1,1]", aside, {1, 0, 0}},
+                {"[1,1,-1]", R"("scale":[1,1,-1],)", {0, 0, 1}},
+                {"[1,1,1]", R"("matrix":[1,0,0,0, 0,1,0,0, 0,0,-2,0, 0,0,0,1],)", {0, 0, 1}},
+                {"[0,0,0]", "", {0, 0, -1}}};
+  for (const auto& [above, light, direction] : kCases) {
+    const relume::Result<Level> level =
+        load(R"({"mesh":0,"children":[1]},{"scale":)" + above + R"(,"children":[2]},)" + sunNode(light), kLights);
+    ASSERT_TRUE(level) << level.error().message;
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(level->sun.direction[i], direction[i], 1e-6f) << above << light;
+  }
+}
+
+TEST(ReadLevel, hiddenNodesAndThoseBelowHaveNoMeshesAndLights) {
+  const std::string visibility = R"("extensions":{"KHR_node_visibility":{"visible":)";
+  const relume::Result<Level> level =
+      load(R"({"mesh":0,"children":[1,2]},{)" + visibility + R"(true}},"mesh":0},{)" + visibility +
+               R"(false}},"mesh":0,"children":[3,4,5]},{"mesh":0},)" + sunNode("") + "," + cameraNode(kPerspective, 2),
+           std::string(kLights) + R"("extensionsRequired":["KHR_node_visibility"],)");
+  ASSERT_TRUE(level) << level.error().message;
+  EXPECT_EQ(level->draws.size(), 2u);
+  EXPECT_EQ(level->sun.intensity, glm::vec3(0.0f));
+  EXPECT_FLOAT_EQ(level->worldFromCamera[3].x, 2.0f);  // what it sees is not hidden
 }
 
 TEST(ReadLevel, integersWithASignAreRead) {

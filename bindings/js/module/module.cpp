@@ -52,18 +52,17 @@ relume_context* relume_web_context() {
 
 namespace {
 
-// The relighter whose frame is being made, by which JavaScript finds its callback.
-relume_relighter* lit = nullptr;
-
 // clang-format off
-EM_JS(void, callVisibility, (relume_relighter* relighter, unsigned light, unsigned count, const float* positions,
+EM_JS(void, callVisibility, (void* relighter, unsigned light, unsigned count, const float* positions,
                              const float* normals, float* visible), {
   Module["relumeVisibility"](relighter, light, count, positions, normals, visible);
 });
 // clang-format on
 
-void visibility(void*, unsigned light, unsigned count, const float* positions, const float* normals, float* visible) {
-  callVisibility(lit, light, count, positions, normals, visible);
+// The relighter whose frame is being made, by which JavaScript finds its callback, is what the library hands through.
+void visibility(void* relighter, unsigned light, unsigned count, const float* positions, const float* normals,
+                float* visible) {
+  callVisibility(relighter, light, count, positions, normals, visible);
 }
 
 }  // namespace
@@ -143,6 +142,7 @@ relume_status relume_web_relight(relume_relighter* relighter, const relume_light
   setup.lights = lights;
   setup.light_count = lightCount;
   if (callsVisibility != 0) setup.visibility = visibility;
+  setup.visibility_user = relighter;
   setup.surfel_irradiance = surfelIrradiance;
   setup.surfel_emission = surfelEmission;
   setup.sky_patches = skyPatches;
@@ -153,7 +153,6 @@ relume_status relume_web_relight(relume_relighter* relighter, const relume_light
   setup.moving_parts = parts;
   setup.moving_part_count = partCount;
   setup.moving_shapes = shapes;
-  lit = relighter;
   return relume_relight(relighter, &setup);
 }
 

@@ -134,7 +134,19 @@ async function readSource(source, {onProgress, signal} = {}) {
   }
 }
 
-const isGzip = (parts) => parts.length > 0 && parts[0][0] === 0x1f && parts[0][1] === 0x8b;
+// The first `count` bytes of parts, or as many as they have: a part may be as short as one.
+function firstBytes(parts, count) {
+  const bytes = [];
+  for (const part of parts) bytes.push(...part.subarray(0, count - bytes.length));
+  return new Uint8Array(bytes);
+}
+
+function isGzip(parts) {
+  const [first, second] = firstBytes(parts, 2);
+  return first === 0x1f && second === 0x8b;
+}
+
+const kSizeAt = 24, kSizeEnd = 32;  // [byte] of a bake's header, where it says how long the file is
 
 // The parts of a bake that went through gzip (`relume pack -o OUT.relume.gz`). No more is unpacked than the bake's header says it has.
 async function unpackGzip(parts, name) {
@@ -145,9 +157,11 @@ async function unpackGzip(parts, name) {
     for (;;) {
       const {done, value} = await reader.read();
       if (done) return unpacked;
-      if (size === 0 && value.length >= 32) most = Number(new DataView(value.buffer, value.byteOffset).getBigUint64(24, true));
       unpacked.push(value);
       size += value.length;
+      if (most === Infinity && size >= kSizeEnd) {
+        most = Number(new DataView(firstBytes(unpacked, kSizeEnd).buffer).getBigUint64(kSizeAt, true));
+      }
       if (size > most) throw new Error(`more than the ${most} bytes that its header names`);
     }
   } catch (error) {
@@ -295,8 +309,9 @@ export class Relighter {
   check(status) {
     if (status !== 0) throw new RelumeError(this.module.text(this.module.wasm._relume_relighter_error(this.address)), status);
   }
-  // Memory that stays from call to call.
+  // Memory that stays from call to call, until dispose(): nobody would give back what is taken after that.
   block(name, bytes) {
+    void this.alive;
     const held = this.blocks[name];
     if (held && held.bytes >= bytes) return held.address;
     if (held) this.module.wasm._free(held.address);
@@ -338,6 +353,9 @@ export class Relighter {
   }
   relight(setup = {}) {
     const {wasm} = this.module, relighter = this.alive;
+    if (this.module.callbacks.has(relighter)) {
+      throw new RelumeError('relight: called by the visibility of the same relighter, which may relight others alone', kUsage);
+    }
     object('setup', setup);
     const lights = list('lights', setup.lights ?? []), materials = list('materials', setup.materials ?? []);
     const lightBlock = this.block('lights', 4 * kLightWords * Math.max(lights.length, kLightMin));
