@@ -102,7 +102,7 @@ function(relume_little_optimisation target)
   if(RELUME_SANITIZE MATCHES "address")
     target_compile_options(${target} PRIVATE -O0)
   else()
-    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-Og>)
   endif()
 endfunction()
 
