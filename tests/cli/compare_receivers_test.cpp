@@ -3,6 +3,7 @@
 #include "relume/bake/bake.h"
 #include "tools/compare/compare_light.h"
 #include "tools/compare/compare_report.h"
+#include "tools/compare/compare_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -177,7 +178,7 @@ TEST(CompareReceivers, standOnTheSurfacesOfEveryPart) {
   for (const std::size_t part : partsOnMap(original())) {
     for (const Receivers* receivers : {&bare, &exact}) {
       EXPECT_TRUE(std::any_of(receivers->list.begin(), receivers->list.end(), [&](const Receiver& r) {
-        return r.a.onMap && receivers->groups[r.group] == original().instances[part].node;
+        return r.a.onMap && receivers->groups[r.group].node == original().instances[part].node;
       })) << original().instances[part].node;
     }
   }
@@ -257,6 +258,125 @@ TEST(CompareReceivers, partsThatAreGoneOrReshapedAreCounted) {
   }
   changed.instances = parts;
   EXPECT_TRUE(difference(original(), changed, nullptr).receivers.unmatched);
+}
+
+// A part whose surfels read the grid, the one with the most of them.
+std::uint32_t partInGrid(const Bake& bake) {
+  std::vector<std::size_t> count(bake.instances.size());
+  for (std::uint32_t i = 0; i < bake.surfels.count(); ++i)
+    count[bake.surfels.instance[i]] += bake.surfels.receiver[i] == kGridReceiver;
+  return static_cast<std::uint32_t>(std::max_element(count.begin(), count.end()) - count.begin());
+}
+
+std::vector<Receiver> receiversOf(const Receivers& receivers, const std::string& node) {
+  std::vector<Receiver> found = receivers.list;
+  std::erase_if(found, [&](const Receiver& r) { return receivers.groups[r.group].node != node; });
+  return found;
+}
+
+void editPart(Bake& bake, std::size_t part, const auto& edit) {
+  std::vector<BakedInstance> parts = bake.instances.toVector();
+  edit(parts[part]);
+  bake.instances = parts;
+}
+
+TEST(CompareReceivers, partsInTheGridThatAreGoneAreNotCompared) {
+  const std::uint32_t part = partInGrid(original());
+  const std::string node = original().instances[part].node;
+  const Receivers there = placeReceivers(original(), original(), nullptr);
+  ASSERT_FALSE(receiversOf(there, node).empty());
+  Bake gone = original();
+  editPart(gone, part, [](BakedInstance& p) {
+    p.node = p.mesh = "another";
+    p.transformHash ^= 1;
+  });
+  const Receivers rest = placeReceivers(original(), gone, nullptr);
+  EXPECT_EQ(rest.partsOnlyInA, 1u);
+  EXPECT_EQ(rest.partsMatched, there.partsMatched - 1);
+  EXPECT_TRUE(receiversOf(rest, node).empty());
+  EXPECT_TRUE(receiversOf(placeReceivers(gone, original(), nullptr), "another").empty());
+}
+
+// At the places where B has it, and not where it was in A.
+TEST(CompareReceivers, partsInTheGridThatWereMovedAreComparedWhereTheyAre) {
+  const std::uint32_t part = partInGrid(original());
+  const std::string node = original().instances[part].node;
+  const glm::vec3 away(0.5f, 0.0f, 0.0f);
+  Bake moved = original();
+  editPart(moved, part, [](BakedInstance& p) { p.transformHash ^= 1; });
+  std::vector<glm::vec3> places = moved.surfels.positionWorld.toVector();
+  for (std::uint32_t i = 0; i < places.size(); ++i) {
+    if (moved.surfels.instance[i] == part) places[i] += away;
+  }
+  moved.surfels.positionWorld = places;
+  const auto inGrid = [&](const Bake& b) {
+    std::vector<Receiver> found = receiversOf(placeReceivers(original(), b, nullptr), node);
+    std::erase_if(found, [](const Receiver& r) { return r.a.onMap || r.b.onMap; });
+    return found;
+  };
+  const std::vector<Receiver> before = inGrid(original()), now = inGrid(moved);
+  ASSERT_FALSE(before.empty());
+  ASSERT_EQ(now.size(), before.size());
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    EXPECT_EQ(now[i].b.positionWorld, before[i].b.positionWorld + away);
+    EXPECT_EQ(now[i].a.positionWorld, now[i].b.positionWorld);
+  }
+}
+
+// Without a scene nobody knows where B has it.
+TEST(CompareReceivers, partsThatWereMovedOffTheMapAreNotReadWhereTheyWere) {
+  Bake moved = original();
+  movePartToGrid(moved);
+  const std::size_t part = partsOnMap(original())[0];
+  const std::string node = original().instances[part].node;
+  EXPECT_FALSE(receiversOf(placeReceivers(original(), moved, nullptr), node).empty());
+  editPart(moved, part, [](BakedInstance& p) { p.transformHash ^= 1; });
+  for (const Receiver& r : receiversOf(placeReceivers(original(), moved, nullptr), node)) EXPECT_FALSE(r.a.onMap);
+}
+
+// The large node that did not change does not hide the small one that did.
+TEST(CompareReceivers, nodesOfOneNameAreJudgedEachByItself) {
+  Bake changed = original();
+  const std::vector<std::size_t> onMap = partsOnMap(original());
+  const auto triangles = [](std::size_t x, std::size_t y) {
+    const auto& parts = original().caches.lightmap.parts;
+    return parts[x].triangleCount < parts[y].triangleCount;
+  };
+  const auto [small, large] = std::minmax_element(onMap.begin(), onMap.end(), triangles);
+  std::vector<std::uint32_t> corners = changed.caches.lightmap.cornerUv.toVector();
+  const LightmapPart& part = changed.caches.lightmap.parts[*small];
+  std::fill_n(corners.begin() + static_cast<std::ptrdiff_t>(part.firstCorner), 3 * part.triangleCount, kGridLit);
+  changed.caches.lightmap.cornerUv = corners;
+  const LightDifference apart = difference(original(), changed, nullptr);
+  ASSERT_FALSE(apart.worstReceivers.empty());
+  ASSERT_EQ(apart.worstReceivers[0].group, original().instances[*small].node);
+
+  Bake a = original();
+  for (Bake* bake : {&a, &changed}) {
+    for (const std::size_t i : {*small, *large}) editPart(*bake, i, [](BakedInstance& p) { p.node = "twin"; });
+  }
+  const LightDifference twins = difference(a, changed, nullptr);
+  EXPECT_EQ(twins.maxReceiverChange, apart.maxReceiverChange);
+  ASSERT_EQ(twins.worstReceivers.size(), apart.worstReceivers.size());
+  EXPECT_EQ(twins.worstReceivers[0].group, *small < *large ? "twin (1 of 2)" : "twin (2 of 2)");
+  EXPECT_EQ(twins.worstReceivers[0].receivers, apart.worstReceivers[0].receivers);
+  Context context;
+  const Result<LightDifference> ignored = compareLight(a, changed, nullptr, {{"node:twin"}}, context);
+  ASSERT_TRUE(ignored);
+  EXPECT_EQ(ignored->maxReceiverChange, 0.0) << "by name both are left out";
+}
+
+TEST(CompareReceivers, nodesOfOneNameAreToldApartAndTheirPrimitivesAreNot) {
+  const auto part = [](const char* node, const char* mesh, std::uint64_t transform) {
+    return BakedInstance{node, mesh, "", 0, transform};
+  };
+  const std::vector<BakedInstance> parts = {part("n", "m#0", 1),  part("n", "m#1", 1), part("n", "m#0", 2),
+                                            part("n", "m#1", 2),  part("n", "m#0", 1), part("n", "m#1", 1),
+                                            part("n", "rock", 1), part("x", "m#0", 1)};
+  const PartNodes nodes = nodesOfParts(parts);
+  EXPECT_EQ(nodes.ofPart, (std::vector<std::uint32_t>{0, 0, 1, 1, 2, 2, 3, 4}));
+  EXPECT_EQ(nodes.names, (std::vector<std::string>{"n", "n", "n", "n", "x"}));
+  EXPECT_EQ(nodes.texts, (std::vector<std::string>{"n (1 of 4)", "n (2 of 4)", "n (3 of 4)", "n (4 of 4)", "x"}));
 }
 
 TEST(CompareReceivers, partsThatWereRenamedAreCompared) {

@@ -9,6 +9,7 @@
 #include <sys/mman.h>
 
 #include <limits>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -137,17 +138,78 @@ TEST_F(DiffCommand, pngsAreComparedInLinearLight) {
   expectRefused({a, half_}, 1, {"PNG", "a.png"});
 }
 
+// A PNG with a tRNS chunk, which makes pixels of 188 transparent: 0.5 in sRGB.
+std::string halfWithTransparency(std::string png) {
+  const std::string chunk("\0\0\0\6tRNS\0\xbc\0\xbc\0\xbc\xb5\x02\x1a\x57", 18);
+  return png.insert(png.find("IDAT") - 4, chunk);
+}
+
+TEST_F(DiffCommand, alphaIsLeftOutAndSaid) {
+  const std::string whole = png("whole.png", Pixels(kWidth * kHeight, glm::vec3(0.5f)));
+  const std::string clear = put("clear.png", halfWithTransparency(readAll(whole)));
+  const auto warning = [&](const std::string& image, const std::string& reference) {
+    const ProgramResult r = run({"diff", image, reference, "--max-rmse", "0"});
+    EXPECT_EQ(r.status, 0) << r.err;
+    return r.err;
+  };
+  const std::string says =
+      ": some pixels are transparent; their alpha is left out, their colours compared as they are\n";
+  EXPECT_EQ(warning(whole, whole), "");
+  EXPECT_EQ(warning(clear, whole), "relume: warning: \"" + clear + "\"" + says);
+  EXPECT_EQ(warning(whole, clear), "relume: warning: \"" + clear + "\"" + says);
+  EXPECT_EQ(warning(clear, clear), "relume: warning: \"" + clear + "\" and \"" + clear + "\"" + says);
+}
+
+TEST_F(DiffCommand, aPngWithAWrongChecksumIsRefused) {
+  const std::string whole = readAll(png("whole.png", Pixels(kWidth * kHeight, glm::vec3(0.5f))));
+  const std::pair<std::string, std::string> chunks[] = {{"IHDR", "IDAT"}, {"IDAT", "IEND"}};
+  for (const auto& [type, next] : chunks) {
+    std::string damaged = whole;
+    damaged[damaged.find(next) - 5] ^= 1;
+    const std::string place = "\"" + type + "\" at byte " + std::to_string(whole.find(type) - 4);
+    expectRefused({at("whole.png"), put("damaged.png", damaged)}, 3,
+                  {"damaged.png\": damaged: the checksum of chunk " + place});
+  }
+}
+
+// What -o writes is read again, of differences that a float does not hold as well.
+TEST_F(DiffCommand, aDifferenceBeyondAllNumbersIsWrittenAsTheLargest) {
+  const std::string up = exr("up.exr", Pixels(kWidth * kHeight, glm::vec3(3e38f))),
+                    down = exr("down.exr", Pixels(kWidth * kHeight, glm::vec3(-3e38f)));
+  figures({up, down, "-o", at("error.exr")});
+  figures({down, up, "-o", at("negative.exr")});
+  EXPECT_EQ(readExr(at("error.exr"))->layer("")[0], glm::vec3(std::numeric_limits<float>::max()));
+  EXPECT_EQ(readExr(at("negative.exr"))->layer("")[0], glm::vec3(-std::numeric_limits<float>::max()));
+  EXPECT_EQ(figures({at("error.exr"), at("error.exr")}).at("rmse"), 0.0);
+}
+
 TEST_F(DiffCommand, layersAreNamedAndSummed) {
   ChannelImage image{kWidth, kHeight, {}};
   image.setLayer("Direct", Pixels(kWidth * kHeight, glm::vec3(0.2f)));
   image.setLayer("Indirect", Pixels(kWidth * kHeight, glm::vec3(0.3f)));
   ASSERT_TRUE(writeExr(at("layers.exr"), image));
   expectRefused({half_, at("layers.exr")}, 3, {"layers.exr", "--layer", "Direct", "Indirect"});
-  expectRefused({half_, at("layers.exr"), "--layer", "Direct+Glossy"}, 3, {"Glossy", "Indirect"});
+  expectRefused({half_, at("layers.exr"), "--layer", "Direct+Glossy"}, 1, {"Glossy", "Indirect"});
+  expectRefused({half_, at("layers.exr"), "--layer", "direct"}, 1,
+                {"--layer: expected layers of", "layers.exr\", found \"direct\"; it has Direct, Indirect"});
   const auto d = figures({half_, at("layers.exr"), "--layer", "Direct+Indirect"});
   EXPECT_NEAR(d.at("rmse"), 0.0, 1e-6);
   EXPECT_EQ(d.at("referenceChannels"), "Direct+Indirect");
   EXPECT_EQ(d.at("imageChannels"), "R,G,B");
+}
+
+TEST_F(DiffCommand, aGreyImageIsReadAndOtherChannelsAreNamed) {
+  const auto write = [&](const std::string& name, const std::vector<std::string>& channels) {
+    ChannelImage image{kWidth, kHeight, {}};
+    for (const std::string& channel : channels) image.channels[channel].assign(kWidth * kHeight, 0.5f);
+    EXPECT_TRUE(writeExr(at(name), image));
+    return at(name);
+  };
+  const auto d = figures({write("grey.exr", {"Y"}), half_});
+  EXPECT_EQ(d.at("imageChannels"), "Y");
+  EXPECT_EQ(d.at("rmse"), 0.0);
+  expectRefused({half_, write("coded.exr", {"Y", "RY", "BY"})}, 3, {"coded.exr", "its channels: BY, RY, Y"});
+  expectRefused({half_, write("two.exr", {"R", "G"}), "--layer", "Y"}, 3, {"two.exr", "its channels: G, R"});
 }
 
 // R, G and B in the place of a layer are of one file, which has none; of both, the name is misspelt.

@@ -13,11 +13,13 @@
 #include "tools/render/exposure.h"
 
 #include <CLI/CLI.hpp>
+#include <glm/common.hpp>
 #include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -55,7 +57,10 @@ Result<double> writeError(const std::string& path, const Picture& image, const P
     return error.scale;
   }
   std::vector<glm::vec3> difference = image.pixels;
-  for (std::size_t i = 0; i < difference.size(); ++i) difference[i] -= reference.pixels[i];
+  // A float may not hold the difference of two: the largest that it holds says so, and is read again.
+  constexpr float kMax = std::numeric_limits<float>::max();
+  for (std::size_t i = 0; i < difference.size(); ++i)
+    difference[i] = glm::clamp(difference[i] - reference.pixels[i], -kMax, kMax);
   const Status ok = writeImage(path, image.width, image.height, difference);
   if (!ok) return ok.error();
   return 0.0;
@@ -122,6 +127,15 @@ Status checkLayer(const DiffArguments& a, const PictureFile& image, const Pictur
                                      layersOf(a.image, image) + ", " + layersOf(a.reference, reference)};
 }
 
+void warnOfAlpha(const DiffArguments& a, const PictureFile& image, const PictureFile& reference, Context& context) {
+  if (image.opaque && reference.opaque) return;
+  std::string names;
+  if (!image.opaque) names = "\"" + a.image + "\"";
+  if (!reference.opaque) names += (names.empty() ? "\"" : " and \"") + a.reference + "\"";
+  context.message(Severity::warning,
+                  names + ": some pixels are transparent; their alpha is left out, their colours compared as they are");
+}
+
 int runDiff(const DiffArguments& a) {
   // 1. What is asked for
   const auto asked = readExposure(a.exposure);
@@ -145,6 +159,7 @@ int runDiff(const DiffArguments& a) {
                                        "OpenEXR images or two PNGs"});
   }
   if (Status ok = checkLayer(a, *image, *reference); !ok) return fail(ok.error());
+  warnOfAlpha(a, *image, *reference, context);
   constexpr double kComparedBytes = 4 + 12 + 3 * 4;  // a pixel's error, difference and place in a picture of it
   const double pixels = static_cast<double>(image->picture.width) * image->picture.height;
   if (Status ok = fits(kComparedBytes * pixels, "comparing them"); !ok) return fail(ok.error());

@@ -18,6 +18,7 @@
 #include <map>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -249,17 +250,28 @@ Status applyIgnore(const LightIgnore& ignore, const Bake& a, const Bake& b, cons
   return done();
 }
 
+// The nodes that A's caches stand on.
+struct CacheNodes {
+  explicit CacheNodes(const Bake& a) : nodes(nodesOfParts(a.instances)) {
+    for (const std::uint32_t part : partsOfCaches(a))
+      ofCache.push_back(part == PointIndex::kNothing ? kNone : nodes.ofPart[part]);
+  }
+
+  PartNodes nodes;
+  std::vector<std::uint32_t> ofCache;  // [Size n_C] index into the nodes; kNone: far from all
+};
+
 // For the few places that a list shows: however far the nearest surfel is.
-std::string nearestNode(const Bake& bake, const glm::vec3& p) {
+std::string nearestNode(const Bake& bake, const PartNodes& nodes, const glm::vec3& p) {
   const Surfels& s = bake.surfels;
   std::uint32_t best = 0;
   for (std::uint32_t i = 1; i < s.count(); ++i) {
     if (glm::distance(s.positionWorld[i], p) < glm::distance(s.positionWorld[best], p)) best = i;
   }
-  return s.count() > 0 ? bake.instances[s.instance[best]].node : "";
+  return s.count() > 0 ? nodes.texts[nodes.ofPart[s.instance[best]]] : "";
 }
 
-void findWorst(const Bake& a, const std::vector<std::string>& nodes, LightDifference& d) {
+void findWorst(const Bake& a, const CacheNodes& caches, LightDifference& d) {
   const float apart = 3.0f * std::max(d.match.surfaceTolerance, d.match.gridTolerance);
   std::vector<std::uint32_t> order(d.match.pairs.size());
   std::iota(order.begin(), order.end(), 0u);
@@ -281,23 +293,24 @@ void findWorst(const Bake& a, const std::vector<std::string>& nodes, LightDiffer
       place.a = l.irradianceA[d.match.pairs[i].a];
       place.b = l.irradianceB[d.match.pairs[i].b];
     }
-    place.node = nodes[d.match.pairs[i].a];
-    if (place.node.empty()) place.node = nearestNode(a, place.positionWorld);
+    const std::uint32_t node = caches.ofCache[d.match.pairs[i].a];
+    place.node = node != kNone ? caches.nodes.texts[node] : nearestNode(a, caches.nodes, place.positionWorld);
     d.worst.push_back(place);
   }
 }
 
-void sumByNode(const std::vector<std::string>& nodes, LightDifference& d) {
-  std::map<std::string, NodeDifference> byNode;
+void sumByNode(const CacheNodes& caches, LightDifference& d) {
+  std::map<std::pair<std::string, std::uint32_t>, NodeDifference> byNode;
   for (std::size_t i = 0; i < d.match.pairs.size(); ++i) {
     if (d.greatestChange[i] < 0.0f) continue;
-    NodeDifference& node = byNode[nodes[d.match.pairs[i].a]];
+    const std::uint32_t at = caches.ofCache[d.match.pairs[i].a];
+    NodeDifference& node = byNode[{at != kNone ? caches.nodes.texts[at] : "", at}];
     ++node.caches;
     node.meanChange += d.greatestChange[i];
     node.maxChange = std::max<double>(node.maxChange, d.greatestChange[i]);
   }
-  for (auto& [name, node] : byNode) {
-    node.node = name;
+  for (auto& [key, node] : byNode) {
+    node.node = key.first;
     node.meanChange /= node.caches;
     d.nodes.push_back(node);
   }
@@ -335,10 +348,15 @@ Result<LightDifference> compareLight(const Bake& a, const Bake& b, const Scene* 
 
   // Match caches by place
   d.match = matchCaches(a, b);
-  const std::vector<std::string> nodes = nodesOfCaches(a);
+  const CacheNodes caches(a);
+  const auto isIgnored = [&](const std::string& name) {
+    return std::find(ignoredNodes.begin(), ignoredNodes.end(), name) != ignoredNodes.end();
+  };
   std::vector<bool> ignored;
-  for (const CachePair& pair : d.match.pairs)
-    ignored.push_back(std::find(ignoredNodes.begin(), ignoredNodes.end(), nodes[pair.a]) != ignoredNodes.end());
+  for (const CachePair& pair : d.match.pairs) {
+    const std::uint32_t node = caches.ofCache[pair.a];
+    ignored.push_back(node != kNone && isIgnored(caches.nodes.names[node]));
+  }
   d.unmatched =
       2 * d.match.pairs.size() < a.caches.count() || (d.match.pairs.empty() && d.match.onlyInA + d.match.onlyInB > 0);
 
@@ -346,10 +364,9 @@ Result<LightDifference> compareLight(const Bake& a, const Bake& b, const Scene* 
   d.receivers = placeReceivers(a, b, scene);
   std::vector<bool> ignoredGroups(d.receivers.groups.size(), false);
   for (std::uint32_t g = 0; g < ignoredGroups.size(); ++g) {
-    const std::string& name = d.receivers.groups[g];
-    d.worstReceivers.push_back({name, "", g == Receivers::kAir, 0, 0.0});
-    ignoredGroups[g] =
-        g != Receivers::kAir && std::find(ignoredNodes.begin(), ignoredNodes.end(), name) != ignoredNodes.end();
+    const ReceiverGroup& group = d.receivers.groups[g];
+    d.worstReceivers.push_back({group.text, "", g == Receivers::kAir, 0, 0.0});
+    ignoredGroups[g] = g != Receivers::kAir && isIgnored(group.node);
   }
 
   // Relight both under each lighting
@@ -388,8 +405,8 @@ Result<LightDifference> compareLight(const Bake& a, const Bake& b, const Scene* 
   for (std::size_t k = 0; k < ignored.size(); ++k) {
     if (ignored[k]) d.greatestChange[k] = -1.0f;
   }
-  findWorst(a, nodes, d);
-  sumByNode(nodes, d);
+  findWorst(a, caches, d);
+  sumByNode(caches, d);
   std::erase_if(d.worstReceivers, [](const WorstReceivers& w) { return !(w.change > 0.0); });
   std::stable_sort(d.worstReceivers.begin(), d.worstReceivers.end(),
                    [](const WorstReceivers& x, const WorstReceivers& y) { return x.change > y.change; });

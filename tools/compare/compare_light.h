@@ -48,21 +48,21 @@ struct LightingDifference {
 
 struct WorstPlace {
   std::uint32_t pair = 0;
-  std::string lighting, node;  // node: of the nearest surfel of A
+  std::string lighting, node;  // node: of the nearest surfel of A, PartNodes::texts
   glm::vec3 positionWorld{0.0f};
   double change = 0.0, deltaE = 0.0;
   glm::vec3 a{0.0f}, b{0.0f};  // [W/m²]
 };
 
 struct NodeDifference {
-  std::string node;
+  std::string node;  // PartNodes::texts; "" of caches far from all
   std::uint32_t caches = 0;
   double meanChange = 0.0, maxChange = 0.0;  // of each cache's greatest change over the counted lightings
 };
 
 // The receivers of one node, or those in the air, under the lighting that changes them most.
 struct WorstReceivers {
-  std::string group, lighting;
+  std::string group, lighting;  // group: ReceiverGroup::text
   bool air = false;
   std::uint32_t receivers = 0;
   double change = 0.0;  // GroupChange::change

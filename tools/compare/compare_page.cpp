@@ -245,9 +245,11 @@ std::string receiversPanel(const Json& light) {
     groups += row({g["air"].get<bool>() ? "(the air)" : textOf(g["group"]), textOf(g["lighting"]),
                    textOf(g["receivers"]), percent(g["change"])});
   }
+  const std::string surfaces = r["surfaces"] == 0 ? "No points on surfaces"
+                                                  : textOf(r["surfaces"]) + " points on the surfaces of " +
+                                                        textOf(r["partsCompared"]) + " parts";
   return section("receivers", "What receivers read",
-                 "<p>" + textOf(r["surfaces"]) + " points on the surfaces of " + textOf(r["partsCompared"]) +
-                     " parts, through each bake's own light map and grid, and " + textOf(r["air"]) +
+                 "<p>" + surfaces + ", through each bake's own light map and grid, and " + textOf(r["air"]) +
                      " readings in the air. Not compared: " + textOf(r["partsOnlyInA"]) + " parts only in A, " +
                      textOf(r["partsOnlyInB"]) + " only in B, " + textOf(r["partsReshaped"]) + " reshaped.</p>" +
                      (r["lightMapLeftOut"].get<bool>()

@@ -4,7 +4,8 @@
 // light and hand it to other surfaces.
 //
 // A receiver is the same point of the same triangle in both bakes; parts answer to each other by name. Without a scene,
-// a point's place and normal come from the texels' caches, and surfaces that read the grid are sampled by surfels.
+// a point's place and normal come from the texels' caches, and surfaces that read the grid are sampled by surfels: by
+// A's, or by B's where a part was moved or reshaped. There both grids are read where B has it, as with B's scene.
 #pragma once
 
 #include "relume/bake/scene.h"
@@ -39,8 +40,13 @@ struct Receiver {
   Reading a, b;
 };
 
+// The surfaces of one node, or the air.
+struct ReceiverGroup {
+  std::string node, text;  // A's name of it, which others may have as well, and PartNodes::texts; "" and "the air"
+};
+
 struct Receivers {
-  std::vector<std::string> groups;  // the node's name for surfaces; group 0 is the air
+  std::vector<ReceiverGroup> groups;  // group 0 is the air
   std::vector<Receiver> list;
   std::uint32_t partsMatched = 0;                    // parts with receivers
   std::uint32_t partsOnlyInA = 0, partsOnlyInB = 0;  // no part of that node and mesh in the other bake

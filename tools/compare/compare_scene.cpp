@@ -22,7 +22,13 @@ void compareOne(const BakedInstance& before, const BakedInstance& now, std::vect
   if (changes.size() == found) add(PartChange::Kind::settings);
 }
 
-std::set<std::string> nodesOf(std::span<const BakedInstance> parts) {
+// What the importer calls the primitives of a mesh of several: "mesh#0", "mesh#1".
+std::string withoutPrimitive(const std::string& mesh) {
+  const std::size_t end = mesh.find_last_not_of("0123456789");
+  return end != std::string::npos && end + 1 < mesh.size() && mesh[end] == '#' ? mesh.substr(0, end) : mesh;
+}
+
+std::set<std::string> namesOf(std::span<const BakedInstance> parts) {
   std::set<std::string> nodes;
   for (const BakedInstance& part : parts) nodes.insert(part.node);
   return nodes;
@@ -35,6 +41,28 @@ std::vector<PartKey> partKeys(std::span<const BakedInstance> parts) {
   std::vector<PartKey> keys;
   for (const BakedInstance& part : parts) keys.emplace_back(part.node, part.mesh, seen[{part.node, part.mesh}]++);
   return keys;
+}
+
+PartNodes nodesOfParts(std::span<const BakedInstance> parts) {
+  PartNodes nodes;
+  std::map<std::tuple<std::string, std::string, std::size_t, std::uint64_t>, std::uint32_t> found;
+  std::map<std::string, std::uint32_t> count;
+  std::vector<std::uint32_t> number;  // [Size names] among those of the name, from 1
+  for (const auto& [node, mesh, k] : partKeys(parts)) {
+    const std::uint64_t place = parts[nodes.ofPart.size()].transformHash;
+    const auto [at, added] =
+        found.emplace(std::tuple(node, withoutPrimitive(mesh), k, place), static_cast<std::uint32_t>(found.size()));
+    nodes.ofPart.push_back(at->second);
+    if (!added) continue;
+    nodes.names.push_back(node);
+    number.push_back(++count[node]);
+  }
+  for (std::size_t i = 0; i < nodes.names.size(); ++i) {
+    const std::string& name = nodes.names[i];
+    const std::string which = " (" + std::to_string(number[i]) + " of " + std::to_string(count[name]) + ")";
+    nodes.texts.push_back(count[name] > 1 ? name + which : name);
+  }
+  return nodes;
 }
 
 bool isNumbered(const std::string& node) { return node.starts_with("unnamed node "); }
@@ -59,7 +87,7 @@ std::vector<std::optional<std::size_t>> answersOf(std::span<const BakedInstance>
   };
   takeByKey(false);
   // What is left over, by mesh and place, the first first. A name that the other side has as well was not given anew.
-  const std::set<std::string> namesBefore = nodesOf(before), namesNow = nodesOf(now);
+  const std::set<std::string> namesBefore = namesOf(before), namesNow = namesOf(now);
   const auto isRenamed = [&](const std::string& then, const std::string& node) {
     return then == node ||
            ((isNumbered(then) || !namesNow.contains(then)) && (isNumbered(node) || !namesBefore.contains(node)));

@@ -6,6 +6,7 @@
 #include "relume/bake_data.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -17,6 +18,15 @@ namespace relume {
 // By what parts of two scenes answer to each other: names of node and mesh; of several such (GPU instances) the k-th.
 using PartKey = std::tuple<std::string, std::string, std::size_t>;
 std::vector<PartKey> partKeys(std::span<const BakedInstance> parts);  // [Size parts]
+
+// Which node each part is of. Nodes may share a name: those of one mesh are told apart by their order, so that all
+// primitives of a node are one. A GPU instance counts as a node.
+struct PartNodes {
+  std::vector<std::uint32_t> ofPart;  // [Size parts] index into names and texts
+  std::vector<std::string> names;
+  std::vector<std::string> texts;  // the name; "crate (2 of 3)" where several have it
+};
+PartNodes nodesOfParts(std::span<const BakedInstance> parts);
 
 // Whether a node has no name of its own but the importer's number, which shifts when another is put before it.
 bool isNumbered(const std::string& node);

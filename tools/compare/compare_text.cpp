@@ -100,9 +100,11 @@ void printLight(std::string& text, const Json& light) {
 
 void printReceivers(std::string& text, const Json& light) {
   const Json& r = light["receivers"];
-  line(text, "Receivers: %s on surfaces of %s parts, %s in the air; parts only in A %s, only in B %s, reshaped %s",
-       reportText(r["surfaces"]).c_str(), reportText(r["partsCompared"]).c_str(), reportText(r["air"]).c_str(),
-       reportText(r["partsOnlyInA"]).c_str(), reportText(r["partsOnlyInB"]).c_str(),
+  const std::string surfaces =
+      r["surfaces"] == 0 ? "none on surfaces"
+                         : reportText(r["surfaces"]) + " on surfaces of " + reportText(r["partsCompared"]) + " parts";
+  line(text, "Receivers: %s, %s in the air; parts only in A %s, only in B %s, reshaped %s", surfaces.c_str(),
+       reportText(r["air"]).c_str(), reportText(r["partsOnlyInA"]).c_str(), reportText(r["partsOnlyInB"]).c_str(),
        reportText(r["partsReshaped"]).c_str());
   if (r["lightMapLeftOut"].get<bool>())
     line(text,

@@ -132,7 +132,7 @@ CacheMatch matchCaches(const Bake& a, const Bake& b) {
   return match;
 }
 
-std::vector<std::string> nodesOfCaches(const Bake& bake) {
+std::vector<std::uint32_t> partsOfCaches(const Bake& bake) {
   const Surfels& s = bake.surfels;
   std::vector<std::uint32_t> all(s.count());
   std::iota(all.begin(), all.end(), 0u);
@@ -141,15 +141,14 @@ std::vector<std::string> nodesOfCaches(const Bake& bake) {
   // Small buckets first: most caches have a surfel close by.
   const PointIndex near(s.positionWorld, all, std::max(2.0f * std::sqrt(std::max(s.areaEach, 0.0f)), 1e-3f));
   const PointIndex far(s.positionWorld, all, reach);
-  std::vector<std::string> names(bake.caches.count());
+  std::vector<std::uint32_t> parts(bake.caches.count(), kNothing);
   for (std::uint32_t i = 0; i < bake.caches.count(); ++i) {
     const glm::vec3& p = bake.caches.positionWorld[i];
     std::uint32_t surfel = near.nearest(p);
     if (surfel == kNothing) surfel = far.nearest(p);
-    if (surfel != kNothing && s.instance[surfel] < bake.instances.size())
-      names[i] = bake.instances[s.instance[surfel]].node;
+    if (surfel != kNothing && s.instance[surfel] < bake.instances.size()) parts[i] = s.instance[surfel];
   }
-  return names;
+  return parts;
 }
 
 }  // namespace relume

@@ -51,7 +51,8 @@ struct CacheMatch {
 // two grids.
 CacheMatch matchCaches(const Bake& a, const Bake& b);
 
-// Name of the node that each cache stands on or near: that of the nearest surfel; "" when none is near. [Size n_C]
-std::vector<std::string> nodesOfCaches(const Bake& bake);
+// The part that each cache stands on or near: that of the nearest surfel; PointIndex::kNothing when none is near.
+// [Size n_C]
+std::vector<std::uint32_t> partsOfCaches(const Bake& bake);
 
 }  // namespace relume

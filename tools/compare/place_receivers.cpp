@@ -123,9 +123,11 @@ class Placer {
         b_(b),
         mapA_(a.caches, std::pmr::new_delete_resource()),
         mapB_(b.caches, std::pmr::new_delete_resource()),
-        scene_(scene) {
-    groupOf_["the air"] = Receivers::kAir;
-    out_.groups.emplace_back("the air");
+        scene_(scene),
+        nodes_(nodesOfParts(a.instances)),
+        groupOf_(nodes_.names.size(), Receivers::kAir),
+        hasReceivers_(a.instances.size(), false) {
+    out_.groups.push_back({"", "the air"});
   }
 
   Receivers run() {
@@ -133,8 +135,8 @@ class Placer {
     out_.withoutMap = lacksCoordinates(a_) || lacksCoordinates(b_);
     if (!out_.withoutMap) placeOnSurfaces();
     if (scene_ == nullptr) placeAtSurfels();
-    if (out_.withoutMap) out_.partsMatched = static_cast<std::uint32_t>(out_.groups.size()) - 1;  // nodes of surfels
     placeInAir();
+    out_.partsMatched = static_cast<std::uint32_t>(std::count(hasReceivers_.begin(), hasReceivers_.end(), true));
     return std::move(out_);
   }
 
@@ -145,11 +147,16 @@ class Placer {
     bool still = false;  // neither moved nor reshaped
   };
 
-  std::uint32_t groupOf(const std::string& node) {
-    // A node may be called like the air: names of surfaces have a key of their own.
-    const auto [at, added] = groupOf_.emplace("node " + node, static_cast<std::uint32_t>(out_.groups.size()));
-    if (added) out_.groups.push_back(node);
-    return at->second;
+  // Add a receiver to its node's group.
+  void addOnPart(std::uint32_t part, Receiver receiver) {
+    const std::uint32_t node = nodes_.ofPart[part];
+    if (groupOf_[node] == Receivers::kAir) {
+      groupOf_[node] = static_cast<std::uint32_t>(out_.groups.size());
+      out_.groups.push_back({nodes_.names[node], nodes_.texts[node]});
+    }
+    receiver.group = groupOf_[node];
+    hasReceivers_[part] = true;
+    out_.list.push_back(receiver);
   }
 
   // Whether triangle t of one is triangle t of the other.
@@ -198,7 +205,6 @@ class Placer {
     }
     out_.partsOnlyInA = static_cast<std::uint32_t>(a_.instances.size()) - found;
     out_.partsOnlyInB = static_cast<std::uint32_t>(b_.instances.size()) - found;
-    out_.partsMatched = static_cast<std::uint32_t>(pairs_.size());
     out_.unmatched = 2 * (std::size_t{out_.partsOnlyInA} + out_.partsReshaped + notInScene) > a_.instances.size();
     std::sort(pairs_.begin(), pairs_.end(), [](const Pair& x, const Pair& y) { return x.a < y.a; });
   }
@@ -260,13 +266,13 @@ class Placer {
       if (r.a.onMap) spotA = spotOnMap(a_.caches, mapA_, r.a.uv);
       if (r.b.onMap) spotB = spotOnMap(b_.caches, mapB_, r.b.uv);
       if (!spotA) spotA = spotB;
-      if (!spotB || pair.still) spotB = spotA;
+      if (pair.still) spotB = spotA;
     }
-    if (!spotA) return;
+    // Where B has a part that was moved off the map only its surfels tell.
+    if (!spotA || !spotB) return;
     put(*spotA, r.a);
     put(*spotB, r.b);
-    r.group = groupOf(a_.instances[pair.a].node);
-    out_.list.push_back(r);
+    addOnPart(pair.a, r);
   }
 
   Spot spotInScene(std::uint32_t instance, bool back, const Sample& sample) const {
@@ -286,17 +292,24 @@ class Placer {
     reading.planeNormal = spot.planeNormal;
   }
 
-  // Surfaces that read the grid have no texels to say where they are.
+  // Surfaces that read the grid have no texels to say where they are: surfels do, B's of what is elsewhere in A.
   void placeAtSurfels() {
-    const Surfels& s = a_.surfels;
+    std::vector<std::uint32_t> partOf(a_.instances.size(), kNone), movedPartOf(b_.instances.size(), kNone);
+    for (const Pair& pair : pairs_) (pair.still ? partOf[pair.a] : movedPartOf[pair.b]) = pair.a;
+    placeAtSurfelsOf(a_.surfels, partOf);
+    placeAtSurfelsOf(b_.surfels, movedPartOf);
+  }
+
+  // partOf: A's part for each of the bake's, or kNone to leave its surfels out.
+  void placeAtSurfelsOf(const Surfels& s, const std::vector<std::uint32_t>& partOf) {
     std::vector<std::uint32_t> gridded;
     for (std::uint32_t i = 0; i < s.count(); ++i) {
-      if (s.receiver[i] == kGridReceiver) gridded.push_back(i);
+      if (s.receiver[i] == kGridReceiver && partOf[s.instance[i]] != kNone) gridded.push_back(i);
     }
     const std::size_t stride = gridded.size() / kSurfels + 1;
     for (std::size_t k = 0; k < gridded.size(); k += stride) {
       const std::uint32_t i = gridded[k];
-      addInGrid(groupOf(a_.instances[s.instance[i]].node), s.positionWorld[i], s.normal[i]);
+      addOnPart(partOf[s.instance[i]], inGrid(s.positionWorld[i], s.normal[i]));
     }
   }
 
@@ -311,24 +324,25 @@ class Placer {
       for (std::size_t i = 0; i < places.size(); i += stride) {
         const glm::vec3& p = places[i];
         if (!taken.insert({p.x, p.y, p.z}).second) continue;
-        for (const glm::vec3& axis : kAirDirections) addInGrid(Receivers::kAir, p, axis);
+        for (const glm::vec3& axis : kAirDirections) out_.list.push_back(inGrid(p, axis));
       }
     }
   }
 
-  void addInGrid(std::uint32_t group, const glm::vec3& position, const glm::vec3& normal) {
+  static Receiver inGrid(const glm::vec3& position, const glm::vec3& normal) {
     Receiver r;
-    r.group = group;
     put({position, normal, normal}, r.a);
     r.b = r.a;
-    out_.list.push_back(r);
+    return r;
   }
 
   const Bake &a_, &b_;
   const PackedMap mapA_, mapB_;
   const Scene* scene_;
   std::vector<Pair> pairs_;
-  std::map<std::string, std::uint32_t> groupOf_;
+  const PartNodes nodes_;               // of A
+  std::vector<std::uint32_t> groupOf_;  // [Size nodes] kAir: none yet
+  std::vector<bool> hasReceivers_;      // [Size parts of A]
   Receivers out_;
 };
 

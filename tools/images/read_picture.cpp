@@ -7,6 +7,8 @@
 #include "formats/file_io.h"
 #include "tools/images/image_io.h"
 
+#include <zlib.h>
+
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -34,6 +36,17 @@ std::string layersOf(const ChannelImage& image) {
   return text;
 }
 
+// "A, Depth, ...", at most eight.
+std::string channelsOf(const ChannelImage& image) {
+  constexpr std::size_t kNamed = 8;
+  std::string text;
+  std::size_t count = 0;
+  for (const auto& [name, values] : image.channels) {
+    if (count++ < kNamed) text += (text.empty() ? "" : ", ") + name;
+  }
+  return count > kNamed ? text + ", ..." : text;
+}
+
 std::vector<std::string> split(const std::string& layers) {
   std::vector<std::string> names;
   for (std::size_t begin = 0; begin <= layers.size();) {
@@ -47,8 +60,7 @@ std::vector<std::string> split(const std::string& layers) {
 Result<PictureFile> readExrPicture(const std::string& path, const std::string& layers, const MemoryCheck& fits) {
   const Result<ChannelImage> image = readExr(path, fits);
   if (!image) return image.error();
-  PictureFile file{{image->width, image->height, {}}, false, "R,G,B", layersOf(*image)};
-  const std::string thereAre = file.layers.empty() ? "none" : file.layers;
+  PictureFile file{{image->width, image->height, {}}, false, true, "R,G,B", layersOf(*image)};
   std::size_t found = 0;
   const std::vector<std::string> names = layers.empty() ? std::vector<std::string>() : split(layers);
   for (const std::string& name : names) {
@@ -58,16 +70,48 @@ Result<PictureFile> readExrPicture(const std::string& path, const std::string& l
     for (std::size_t i = 0; i < layer.size(); ++i) file.picture.pixels[i] += layer[i];
     ++found;
   }
-  if (found > 0 && found < names.size())
-    return invalid(path, "has some of the layers \"" + layers + "\" but not all; there are: " + thereAre);
+  const Error otherLayers{ErrorCode::usage, "--layer: expected layers of \"" + path + "\", found \"" + layers +
+                                                "\"; it has " + file.layers};
+  if (found > 0 && found < names.size()) return otherLayers;
   if (found > 0) {
     file.channels = layers;
     return file;
   }
   file.picture.pixels = image->layer("");
   if (!file.picture.pixels.empty()) return file;
-  return invalid(path, "has no channels R, G, B" + (layers.empty() ? "" : ", nor the layers \"" + layers + "\"") +
-                           "; name one of its layers with --layer: " + thereAre);
+  // Grey; with RY and BY, its colours are coded.
+  const auto grey = image->channels.find("Y");
+  if (grey != image->channels.end() && !image->channels.contains("RY") && !image->channels.contains("BY")) {
+    for (const float y : grey->second) file.picture.pixels.emplace_back(y);
+    file.channels = "Y";
+    return file;
+  }
+  if (file.layers.empty())
+    return invalid(path, "has no channels R, G, B, no grey Y, and no layers; its channels: " + channelsOf(*image));
+  if (layers.empty())
+    return invalid(path, "has no channels R, G, B; name one of its layers with --layer: " + file.layers);
+  return otherLayers;
+}
+
+// The decoder takes no notice of checksums. A file that ends early is for it to tell.
+Status checkPngSums(std::span<const std::uint8_t> png, const std::string& path) {
+  constexpr std::size_t kSignature = 8, kLength = 4, kType = 4, kSum = 4;
+  const auto number = [&](std::size_t at) {
+    return std::uint32_t{png[at]} << 24 | std::uint32_t{png[at + 1]} << 16 | std::uint32_t{png[at + 2]} << 8 |
+           png[at + 3];
+  };
+  for (std::size_t at = kSignature; at + kLength + kType + kSum <= png.size();) {
+    const std::size_t length = number(at), left = png.size() - at - kLength - kType - kSum;
+    if (length > left) break;
+    const std::uint8_t* type = &png[at + kLength];
+    const std::string name(type, type + kType);
+    if (crc32(0, type, static_cast<uInt>(kType + length)) != number(at + kLength + kType + length))
+      return invalid(path, "damaged: the checksum of chunk \"" + name + "\" at byte " + std::to_string(at) +
+                               " is not that of its data");
+    if (name == "IEND") break;
+    at += kLength + kType + length + kSum;
+  }
+  return done();
 }
 
 Result<PictureFile> readPngPicture(const std::string& path, const MemoryCheck& fits) {
@@ -75,6 +119,7 @@ Result<PictureFile> readPngPicture(const std::string& path, const MemoryCheck& f
   const Result<FileBytes> bytes = readFile(path, kMaxImageBytes);
   if (!bytes) return bytes.error();
   const auto* first = reinterpret_cast<const std::uint8_t*>(bytes->bytes.data());
+  if (Status ok = checkPngSums({first, bytes->bytes.size()}, path); !ok) return ok.error();
   const Result<ImageSize> size = peekImage({first, bytes->bytes.size()}, "\"" + path + "\"");
   if (!size) return size.error();
   if (fits) {
@@ -84,12 +129,13 @@ Result<PictureFile> readPngPicture(const std::string& path, const MemoryCheck& f
   const Result<Image> image = decodeImage({first, bytes->bytes.size()}, "\"" + path + "\"");
   if (!image) return image.error();
   const Image::Level& level = image->levels.at(0);
-  PictureFile file{{level.width, level.height, {}}, true, "sRGB", ""};
+  PictureFile file{{level.width, level.height, {}}, true, true, "sRGB", ""};
   file.picture.pixels.resize(std::size_t{level.width} * level.height);
   for (std::size_t i = 0; i < file.picture.pixels.size(); ++i) {
     for (int c = 0; c < 3; ++c)
       file.picture.pixels[i][c] =
           srgbToLinear(static_cast<float>(level.rgba[4 * i + static_cast<std::size_t>(c)]) / 255.0f);
+    if (level.rgba[4 * i + 3] != 255) file.opaque = false;
   }
   return file;
 }
