@@ -105,6 +105,9 @@ relume_status relume_relight(relume_relighter* relighter, const relume_light_set
       const relume_material_emission& from = read.material_emissions[i];
       if (from.image == nullptr && from.texel_count > 0)
         return nullPointer("setup.material_emissions[" + std::to_string(i) + "].image");
+      if (from.image != nullptr && from.texel_count == 0)
+        return usage("setup.material_emissions[" + std::to_string(i) +
+                     "].texel_count is 0, expected width * height of the image");
       relighter->emissions.push_back(
           {from.material, vec3(from.radiance), vectors(from.image, from.texel_count), from.texture});
     }

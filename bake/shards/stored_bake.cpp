@@ -51,7 +51,7 @@ std::optional<BakePlan> findPlan(const EntryName& name, const Scene& scene, cons
     taken = Error{ErrorCode::invalidFile, "the plan in it is of another level"};
   if (taken) taken = adopt(*plan, scene, options);
   if (!taken) {
-    store.reject(name, taken.error().message, context);
+    store.reject(name, taken.error().message);
     return std::nullopt;
   }
   for (const Said& said : unpacked->said) context.message(said.severity, said.text);
@@ -93,7 +93,7 @@ std::optional<float> findKeptThreshold(const EntryName& name, EntryCache& store,
   float minKey = 0.0f;
   if (entry->bytes.size() == sizeof(minKey)) std::memcpy(&minKey, entry->bytes.data(), sizeof(minKey));
   if (entry->bytes.size() == sizeof(minKey) && std::isfinite(minKey)) return minKey;
-  store.reject(name, "expected one number", context);
+  store.reject(name, "expected one number");
   return std::nullopt;
 }
 
@@ -133,7 +133,7 @@ std::vector<NamedShard> findBlocks(const EntryName& links, const BakePlan& plan,
     if (taken && !(block->number == number))
       taken = Error{ErrorCode::invalidFile, "it is block " + toString(block->number) + ", not " + toString(number)};
     if (!taken) {
-      store.reject(name, taken.error().message, context);
+      store.reject(name, taken.error().message);
       missing.push_back(number);
       continue;
     }
@@ -217,6 +217,7 @@ Result<Bake> bakeStored(const Scene& scene, const BakeOptions& options, EntryCac
 }  // namespace
 
 Result<Bake> bakeWithStore(const Scene& scene, const BakeOptions& options, EntryCache& store, Context& context) {
+  store.reportTo(context.onMessage);
   Result<Bake> baked = guardBake(scene, options, context, [&] {
     return bakeToError(options, context,
                        [&](const BakeOptions& trial) { return bakeStored(scene, trial, store, context); });

@@ -25,7 +25,7 @@ std::optional<T> findStage(const EntryName& name, const Scene& scene, const Read
     found = read(from, scene);
   }
   if (!found) {
-    store.reject(name, "what it holds does not fit the level", context);
+    store.reject(name, "what it holds does not fit the level");
     return std::nullopt;
   }
   for (const Said& said : unpacked->said) context.message(said.severity, said.text);

@@ -26,13 +26,17 @@ class Timer {
 
 }  // namespace
 
+void EntryCache::warn(const std::string& text) const {
+  if (onMessage_) onMessage_(Severity::warning, text);
+}
+
 std::optional<EntryBytes> EntryCache::find(const EntryName& name, Context& context) {
   if (!readable_) return std::nullopt;
   const Timer timer(statistics_.seconds);
   const auto damaged = [&](const std::string& reason) {
     lastFoundBytes_ = 0;
     ++statistics_.found;
-    reject(name, reason, context);
+    reject(name, reason);
     return std::nullopt;
   };
   try {
@@ -42,15 +46,12 @@ std::optional<EntryBytes> EntryCache::find(const EntryName& name, Context& conte
       if (file.error().code == ErrorCode::invalidFile) return damaged(file.error().message);
       if (file.error().code == ErrorCode::memory) {
         ++statistics_.missing;
-        context.message(Severity::warning,
-                        "store " + store_->name() + ": entry " + toString(name) +
-                            " is made again: " + file.error().message +
-                            (left < kMaxEntryBytes ? ": bake without --store, or raise --max-memory" : ""));
+        warn("store " + store_->name() + ": entry " + toString(name) + " is made again: " + file.error().message +
+             (left < kMaxEntryBytes ? ": bake without --store, or raise --max-memory" : ""));
         return std::nullopt;
       }
       readable_ = writable_ = false;
-      if (!context.cancelled())
-        context.message(Severity::warning, "store " + store_->name() + ": done without: " + file.error().message);
+      if (!context.cancelled()) warn("store " + store_->name() + ": done without: " + file.error().message);
       return std::nullopt;
     }
     if (!*file) {
@@ -63,7 +64,7 @@ std::optional<EntryBytes> EntryCache::find(const EntryName& name, Context& conte
                                           "bake without --store");
         !fits) {
       ++statistics_.missing;
-      context.message(Severity::warning, fits.error().message);
+      warn(fits.error().message);
       return std::nullopt;
     }
     Result<EntryBytes> bytes = openEntry(**file);
@@ -74,18 +75,16 @@ std::optional<EntryBytes> EntryCache::find(const EntryName& name, Context& conte
     return *bytes;
   } catch (const std::bad_alloc&) {
     ++statistics_.missing;
-    context.message(Severity::warning,
-                    "store " + store_->name() + ": no memory for entry " + toString(name) + ", which is made again");
+    warn("store " + store_->name() + ": no memory for entry " + toString(name) + ", which is made again");
     return std::nullopt;
   }
 }
 
-void EntryCache::reject(const EntryName& name, const std::string& reason, Context& context) {
+void EntryCache::reject(const EntryName& name, const std::string& reason) {
   --statistics_.found;
   statistics_.foundBytes -= lastFoundBytes_;
   ++statistics_.damaged;
-  context.message(Severity::warning,
-                  "store " + store_->name() + ": entry " + toString(name) + " is made again: " + reason);
+  warn("store " + store_->name() + ": entry " + toString(name) + " is made again: " + reason);
 }
 
 void EntryCache::keep(const EntryName& name, std::span<const std::byte> bytes, Context& context) {
@@ -106,17 +105,14 @@ void EntryCache::keep(const EntryName& name, std::span<const std::byte> bytes, C
     return;
   }
   writable_ = false;
-  if (!context.cancelled())
-    context.message(Severity::warning,
-                    "store " + store_->name() + ": nothing more is kept in it: " + kept.error().message);
+  if (!context.cancelled()) warn("store " + store_->name() + ": nothing more is kept in it: " + kept.error().message);
 }
 
 void EntryCache::finish(Context& context) {
   if (limit_ > 0 && statistics_.written > 0 && writable_) {
     const Timer timer(statistics_.seconds);
     if (const Status held = store_->hold(limit_); !held)
-      context.message(Severity::warning,
-                      "store " + store_->name() + ": its size was not looked at: " + held.error().message);
+      warn("store " + store_->name() + ": its size was not looked at: " + held.error().message);
   }
   const auto figure = [&](const char* name, std::uint64_t value) { context.figure(name, static_cast<double>(value)); };
   figure("entries_found", statistics_.found);

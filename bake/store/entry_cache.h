@@ -9,10 +9,12 @@
 #include "relume/bake/context.h"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace relume {
 
@@ -22,11 +24,15 @@ class EntryCache {
   // limit [byte] of a folder, held at the end of a bake that has written; 0 = none.
   EntryCache(std::unique_ptr<Store> store, std::uint64_t limit) : store_(std::move(store)), limit_(limit) {}
 
+  // Who is warned from now on: a bake's own Context::onMessage. What a run finds of its store is no stage's result, so
+  // it must not reach a SaidRecorder, which keeps messages for later bakes.
+  void reportTo(std::function<void(Severity, std::string_view)> onMessage) { onMessage_ = std::move(onMessage); }
+
   // An entry's bytes, where it is there, whole, and fits into Context::maxMemory.
   std::optional<EntryBytes> find(const EntryName& name, Context& context);
   void keep(const EntryName& name, std::span<const std::byte> bytes, Context& context);
   // What was found under this name does not hold what it should: it is to be made again, and counts as damaged.
-  void reject(const EntryName& name, const std::string& reason, Context& context);
+  void reject(const EntryName& name, const std::string& reason);
   // Hold the limit, and note the figures of the stage that runs now.
   void finish(Context& context);
 
@@ -41,8 +47,11 @@ class EntryCache {
   std::string name() const { return store_->name(); }
 
  private:
+  void warn(const std::string& text) const;
+
   std::unique_ptr<Store> store_;
   std::uint64_t limit_;
+  std::function<void(Severity, std::string_view)> onMessage_;
   Statistics statistics_;
   std::uint64_t lastFoundBytes_ = 0;
   bool readable_ = true, writable_ = true;

@@ -32,7 +32,7 @@ BAKE = os.path.join(WORK.name, 'level.relume')
 PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(relume.__file__)))
 SUN = relume.Light.directional((0, -1, 0), (9, 8, 7))
 UP = (0.0, 1.0, 0.0)
-SIZES = ('--preset', 'draft', '--surfels', '1024', '--lightmap-caches', '200', '--sky-patches', '16', '--progress', 'none')
+SIZES = ('--preset', 'draft', '--surfels', '8192', '--lightmap-caches', '200', '--sky-patches', '16', '--progress', 'none')
 
 
 def bake_with_two_screens():
@@ -90,8 +90,8 @@ class Light(unittest.TestCase):
         started, ended = [], []
 
         def slow(light, positions, normals):
-            started.append(light)
             try:
+                started.append(light)
                 if len(started) == 1:
                     _thread.interrupt_main()
                 time.sleep(0.05)
@@ -105,6 +105,15 @@ class Light(unittest.TestCase):
         self.assertEqual(len(started), len(ended))
         relighter.relight([SUN])
         self.assertGreater(self.read(relighter).max(), 0)
+
+    def test_visibility_may_call_other_relighters(self):
+        # A task has 4096 surfels: with more, both threads are in `visible` before they call.
+        for call in ('irradiance_map()', 'ambient_volume(UP, UP, (4, 4, 4))', 'irradiance_in_grid(points, points)', 'relight()'):
+            script = ('import itertools, numpy, relume, threading\nUP = (0, 1, 0)\npoints, calls = 5000 * [UP], itertools.count()\n'
+                      f'bake, both = relume.Bake({BAKE!r}, threads=2), threading.Barrier(2)\ndef visible(light, p, n):\n'
+                      f'  if next(calls) < 2: both.wait()\n  relume.Relighter(bake).{call}\n  return numpy.ones(len(p))\n'
+                      'relume.Relighter(bake).relight([relume.Light.directional((0, -1, 0), (1, 1, 1))], visible)')
+            subprocess.run([sys.executable, '-c', script], check=True, timeout=60)  # else it waits for ever for threads
 
     def test_bytes_are_the_file(self):
         self.relighter.relight([SUN])
@@ -389,7 +398,6 @@ class BadInput(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, 'closed'):
             relighter.relight([])
 
-
     def test_errors_cross_processes(self):
         error = pickle.loads(pickle.dumps(relume.RelumeError(2, 'no such file')))
         self.assertEqual((type(error), error.status, str(error)), (relume.RelumeError, 2, 'no such file'))
@@ -412,7 +420,7 @@ class Package(unittest.TestCase):
                 if callable(function) and not method.startswith('_') and not isinstance(function, type):
                     self.assertIn('return', getattr(function, '__annotations__', {}), f'{name}.{method}')
         bake = relume.Bake(BAKE)
-        self.assertRegex(repr(bake.info), r'BakeInfo\(surfels=1024, .*grid_origin=\[.*scene_hash=b')
+        self.assertRegex(repr(bake.info), r'BakeInfo\(surfels=8192, .*grid_origin=\[.*scene_hash=b')
 
     def test_structs_are_those_of_the_header(self):
         compiler = shutil.which('cc')

@@ -113,6 +113,10 @@ TEST_F(CDriven, mistakesAreUsageAndLightStays) {
   emission.image = &image_[0].x;
   EXPECT_EQ(relume_relight(h_.relighter, &setup), RELUME_ERROR_USAGE);
   EXPECT_NE(std::string(relume_relighter_error(h_.relighter)).find("none is declared"), std::string::npos);
+  emission.texel_count = 0;
+  EXPECT_EQ(relume_relight(h_.relighter, &setup), RELUME_ERROR_USAGE);
+  EXPECT_STREQ(relume_relighter_error(h_.relighter),
+               "setup.material_emissions[0].texel_count is 0, expected width * height of the image");
   setup.material_emissions = nullptr;
   EXPECT_EQ(relume_relight(h_.relighter, &setup), RELUME_ERROR_USAGE);
   ASSERT_EQ(relume_cache_coefficients(h_.relighter, after.data(), count * sizeof(float)), RELUME_OK);

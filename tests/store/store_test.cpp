@@ -256,13 +256,13 @@ TEST_F(Folder, manyWritersReadersAndCollectorsGiveWholeEntries) {
   EXPECT_GT(whole, 0);
 }
 
-// Counts the messages of a context.
+// Counts what a bake is warned of its store.
 struct Listener {
-  explicit Listener(Context& context) {
-    context.onMessage = [this](Severity, std::string_view text) {
+  explicit Listener(EntryCache& cache) {
+    cache.reportTo([this](Severity, std::string_view text) {
       text_ += text;
       ++count_;
-    };
+    });
   }
   std::string text_;
   int count_ = 0;
@@ -270,8 +270,8 @@ struct Listener {
 
 TEST_F(Folder, aDiskThatIsFullIsOneWarning) {
   Context context;
-  const Listener heard(context);
   EntryCache cache(std::make_unique<DirectoryStore>(folder_), 0);
+  const Listener heard(cache);
   cache.keep(nameOf(1), someBytes(1000), context);
   // As a disk that takes no more than this of a file.
   rlimit before{};
@@ -291,8 +291,8 @@ TEST_F(Folder, aDiskThatIsFullIsOneWarning) {
 
 TEST_F(Folder, oneThatMayNotBeWrittenIsStillRead) {
   Context context;
-  const Listener heard(context);
   EntryCache cache(std::make_unique<DirectoryStore>(folder_), 0);
+  const Listener heard(cache);
   cache.keep(nameOf(1), someBytes(1000), context);
   const bool isRoot = ::geteuid() == 0;  // whom no permission stops
   fs::permissions(folder_, fs::perms(0555));
@@ -315,9 +315,9 @@ TEST_F(Folder, oneThatMayNotBeWrittenIsStillRead) {
 
 TEST_F(Folder, oneThatCannotBeReadIsOneWarningAndNotAskedAgain) {
   Context context;
-  const Listener heard(context);
   std::ofstream(folder_ / "file") << "not a folder";
   EntryCache cache(std::make_unique<DirectoryStore>(folder_ / "file"), 0);
+  const Listener heard(cache);
   for (unsigned i = 1; i < 6; ++i) {
     EXPECT_FALSE(cache.find(nameOf(i), context));
     cache.keep(nameOf(i), someBytes(10), context);
@@ -328,8 +328,8 @@ TEST_F(Folder, oneThatCannotBeReadIsOneWarningAndNotAskedAgain) {
 
 TEST_F(Folder, entriesBeyondTheMemoryBudgetAreMadeAgain) {
   Context context;
-  const Listener heard(context);
   EntryCache cache(std::make_unique<DirectoryStore>(folder_), 0);
+  const Listener heard(cache);
   cache.keep(nameOf(1), Bytes(64u << 20), context);
   context.maxMemory = 1u << 20;
   EXPECT_FALSE(cache.find(nameOf(1), context));
@@ -339,8 +339,8 @@ TEST_F(Folder, entriesBeyondTheMemoryBudgetAreMadeAgain) {
 // Of an entry in a folder hardly more than the header is read: it would not fit into the budget.
 TEST_F(Folder, filesBeyondTheMemoryBudgetAreNotRead) {
   Context context;
-  const Listener heard(context);
   EntryCache cache(std::make_unique<DirectoryStore>(folder_), 0);
+  const Listener heard(cache);
   std::mt19937 random(1);
   Bytes bytes(8u << 20);
   for (std::byte& b : bytes) b = std::byte{static_cast<unsigned char>(random())};

@@ -312,6 +312,21 @@ TEST_F(StoredBake, damagedEntriesAreMadeAgain) {
   EXPECT_EQ(bakeOnce(scene, options).statistics.damaged, 0u) << "they were mended";
 }
 
+// What a run finds of its store is not kept with what it makes: the next has nothing to warn of.
+TEST_F(StoredBake, entriesThatWereMendedAreNotWarnedOf) {
+  const Scene scene = room();
+  const BakeOptions options = test::tinyBakeOptions();
+  const std::string ofTheLevel = bakeOnce(scene, options).said;
+  for (const fs::path& path : entries()) writeAll(path, {});
+  const Stored mending = bakeOnce(scene, options);
+  EXPECT_EQ(mending.statistics.damaged, mending.statistics.written);
+  EXPECT_NE(mending.said.find("is made again: cut to 0 bytes"), std::string::npos) << mending.said;
+  EXPECT_EQ(bakeOnce(scene, options).said, ofTheLevel);
+  // Play space and caches are looked for where there is no plan.
+  removePlan(scene, options, {});
+  EXPECT_EQ(bakeOnce(scene, options).said, ofTheLevel);
+}
+
 // Entries with checksums that fit, and numbers in them that do not: a bake in any case, and no crash.
 TEST_F(StoredBake, forgedEntriesEndInABake) {
   const Scene scene = room();

@@ -2,6 +2,7 @@
 """What the library makes and destroys, and the threads that it runs on."""
 import collections
 import concurrent.futures
+import contextlib
 import os
 import threading
 from ctypes import byref, c_void_p, sizeof
@@ -67,7 +68,7 @@ def opened(name, value, kind):
 
 
 class Batch:
-    """Tasks of one call. Workers take them, and that call's own thread where there are no more of those."""
+    """Tasks of one call, which its own thread and workers take."""
 
     def __init__(self, tasks, task, data):
         self._waiting, self._ended, self._tasks = collections.deque(range(tasks)), [], tasks
@@ -89,25 +90,24 @@ class Batch:
 
 
 class Threads:
-    """Workers, begun when there are tasks."""
+    """Workers beside the threads that ask for them, begun when there are tasks."""
 
-    def __init__(self, count):
-        self._count = count
+    def __init__(self, workers):
+        self._workers = workers
         self._begin()
 
     def _begin(self):
-        self._process, self._pool = os.getpid(), concurrent.futures.ThreadPoolExecutor(self._count)
+        self._process, self._pool = os.getpid(), concurrent.futures.ThreadPoolExecutor(self._workers)
 
     def run(self, _, tasks, task, data):
         """All tasks are done when this returns: they use memory of the call that asked for them."""
         if self._process != os.getpid():  # a fork has none of the threads
             self._begin()
         batch = Batch(tasks, task, data)
-        try:
-            for _ in range(min(self._count, tasks)):
+        with contextlib.suppress(RuntimeError):  # the interpreter is about to end, and takes no more work
+            for _ in range(min(self._workers, tasks - 1)):
                 self._pool.submit(batch.work)
-        except RuntimeError:  # the interpreter is about to end, and takes no more work
-            batch.work()
+        batch.work()  # all workers may wait for this call: it may come from a `visibility` that one of them runs
         batch.done.wait()
 
 
@@ -119,7 +119,7 @@ class Context(Handle):
     def __init__(self, threads):
         if not 1 <= whole('threads', threads) <= 1024:
             raise ValueError(f'threads: 1 to 1024 expected, {threads} found')
-        self._parallel_for = ParallelFor(Threads(threads).run) if threads > 1 else None  # lives as long as the library may call it
+        self._parallel_for = ParallelFor(Threads(threads - 1).run) if threads > 1 else None  # while the library may call it
         desc = ContextDesc(struct_size=sizeof(ContextDesc), api_version=API_VERSION)
         if self._parallel_for:
             desc.parallel_for = self._parallel_for
