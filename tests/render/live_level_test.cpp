@@ -14,6 +14,9 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace relume {
 namespace {
@@ -132,7 +135,7 @@ TEST(LiveLevel, aMovedLevelIsTheLevelThatHasItsPartsThere) {
   run(edited, moved, 1);
 
   Scene there = rooms.scene;
-  ASSERT_TRUE(moveNodes({"node1=1.1,0,0", "node2=0.7,0.4,0.3"}, MovedParts::all, there));
+  ASSERT_TRUE(moveNodes({"node1=1.1,0,0", "node2=0.7,0.4,0.3"}, MovedParts::all, there, rooms.context));
   LiveLevel made = rooms.level(there);
   run(made, frame, 1);
   const auto a = edited.light()[0].coefficients(), b = made.light()[0].coefficients();
@@ -278,6 +281,27 @@ TEST(LiveLevel, aWideGroundLeavesThePlayVolumeItsCells) {
   EXPECT_NEAR(level->light().irradiance({700, -0.5f, 300}, up).g, std::numbers::pi_v<float>, 0.05f);
 }
 
+// One part a kilometre from all else makes a cell as large as the rooms: say which, unless a play volume has the cells.
+TEST(LiveLevel, saysWhichPartMakesItsCellsTooLarge) {
+  Rooms rooms;
+  std::vector<std::string> told;
+  rooms.context.onMessage = [&](Severity severity, std::string_view text) {
+    if (severity == Severity::warning) told.emplace_back(text);
+  };
+  rooms.level(rooms.scene);
+  EXPECT_EQ(told, std::vector<std::string>());
+  const std::uint32_t stray =
+      test::addInstance(rooms.scene, test::box({0, 0, 0}, {1, 1, 1}, false, 0), by({0, 0, 1000}));
+  test::finish(rooms.scene);
+  rooms.level(rooms.scene);
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_NE(told[0].find("\"" + rooms.scene.instances[stray].node + "\" is far"), std::string::npos) << told[0];
+  EXPECT_NE(told[0].find("1003 m long"), std::string::npos) << told[0];
+  rooms.scene.volumes.emplace_back().toWorld = glm::scale(by({0, 2, 0}), glm::vec3(7.8f, 3.8f, 3.8f));
+  rooms.level(rooms.scene);
+  EXPECT_EQ(told.size(), 1u);
+}
+
 TEST(LiveLevel, moreThanTheMemoryAllowsIsRefusedByName) {
   Rooms rooms;
   Context context;
@@ -291,7 +315,7 @@ TEST(LiveLevel, moreThanTheMemoryAllowsIsRefusedByName) {
 TEST(MoveNodes, refusesWhatItCannotMove) {
   Rooms rooms;
   const auto refuse = [&](const std::string& move, MovedParts parts, const std::string& named) {
-    const Status refused = moveNodes({move}, parts, rooms.scene);
+    const Status refused = moveNodes({move}, parts, rooms.scene, rooms.context);
     ASSERT_FALSE(refused) << move;
     EXPECT_EQ(refused.error().code, ErrorCode::usage);
     EXPECT_NE(refused.error().message.find(named), std::string::npos) << refused.error().message;
@@ -301,7 +325,7 @@ TEST(MoveNodes, refusesWhatItCannotMove) {
   for (const char* wrong : {"node1", "node1=", "node1=1,2", "node1=nan,0,0", "node1=1e9,0,0", "=1,2,3"})
     refuse(wrong, MovedParts::all, "expected");
   refuse("node1=1,2,3", MovedParts::dynamic, "part of the bake");
-  EXPECT_TRUE(moveNodes({"node2=1,2,3"}, MovedParts::dynamic, rooms.scene));
+  EXPECT_TRUE(moveNodes({"node2=1,2,3"}, MovedParts::dynamic, rooms.scene, rooms.context));
   EXPECT_EQ(glm::vec3(rooms.scene.instances[kBall].toWorld[3]), glm::vec3(1, 2, 3));
 }
 

@@ -229,8 +229,6 @@ int runRender(const RenderArguments& arguments) {
   files.read("a file of the scene", scene->files);
   if (Status ok = checkApart(files); !ok) return fail(ok.error());
   if (Status ok = checkDrawnTriangles(*scene); !ok) return fail(ok.error());
-  if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
-  setView(*view, request);
   std::optional<Scene> before;
   if (!arguments.editedFrom.empty()) {
     auto loaded = loadScene(arguments.editedFrom, context, toImportOptions(arguments.sceneOptions));
@@ -248,14 +246,17 @@ int runRender(const RenderArguments& arguments) {
     if (before) fitToScene(*scene, *bake);
     request.bake = &*bake;
     if (request.gloss && request.bands.luma == 0) request.bands = bandsOfGloss(*bake);
-    if (!request.sky.isDark() && bake->hierarchy.skyDirection.empty())
-      context.message(Severity::warning, arguments.bake +
-                                             ": has no patches of sky, so the sky lights nothing here; bake "
-                                             "with --sky-patches 64");
   }
 
-  if (Status ok = moveNodes(arguments.moves, bake && !before ? MovedParts::dynamic : MovedParts::all, *scene); !ok)
-    return fail(ok.error());
+  // Cameras and lights move as well: choose them after.
+  const MovedParts movable = bake && !before ? MovedParts::dynamic : MovedParts::all;
+  if (Status ok = moveNodes(arguments.moves, movable, *scene, context); !ok) return fail(ok.error());
+  if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
+  setView(*view, request);
+  if (bake && !request.sky.isDark() && bake->hierarchy.skyDirection.empty())
+    context.message(Severity::warning, arguments.bake +
+                                           ": has no patches of sky, so the sky lights nothing here; bake "
+                                           "with --sky-patches 64");
   std::optional<MovingShapes> shapes;
   if (arguments.dynamic == "solid") {
     auto made = movingShapes(*scene);

@@ -4,6 +4,7 @@
 
 #include "bake/base/memory_budget.h"
 #include "bake/base/parallel.h"
+#include "bake/base/printed.h"
 #include "bake/rays/seen_surface.h"
 #include "formats/octahedron.h"
 #include "runtime/cones/rsm_voxels.h"
@@ -198,6 +199,42 @@ Status reserveVoxels(const Scene& scene, const SceneBounds& box, float voxel, st
                        "use fewer cells");
 }
 
+// The name of the part that lies farthest from the middle one, along each axis by itself.
+std::string farthestPart(const Scene& scene) {
+  std::vector<glm::vec3> centre;
+  for (const Instance& instance : scene.instances) {
+    const SceneBounds box = boundsOf(scene, instance);
+    centre.push_back(0.5f * box.min + 0.5f * box.max);
+  }
+  glm::vec3 middle(0.0f);
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<float> along;
+    for (const glm::vec3& c : centre) along.push_back(c[axis]);
+    const auto half = along.begin() + static_cast<std::ptrdiff_t>(along.size() / 2);
+    std::nth_element(along.begin(), half, along.end());
+    middle[axis] = *half;
+  }
+  const auto farthest = std::max_element(centre.begin(), centre.end(), [&](const glm::vec3& a, const glm::vec3& b) {
+    return glm::distance(a, middle) < glm::distance(b, middle);
+  });
+  return scene.instances[static_cast<std::size_t>(farthest - centre.begin())].node;
+}
+
+// A level in one piece fills a row of voxels along its longest side at least. Where all surfaces fill fewer, parts are
+// far from all else, and rooms are not much larger than a cell.
+void warnOfFarParts(const Scene& scene, const SceneBounds& bounds, const NestedVolumes& volumes, Context& context) {
+  const VolumeGrid& grid = volumes.outermost().grid();
+  const float side = longestSide(bounds);
+  const std::uint32_t occupied = volumes.outermost().stats().occupied;
+  if (scene.instances.size() < 2 || !(static_cast<float>(occupied) < std::floor(side / grid.voxel))) return;
+  context.message(Severity::warning,
+                  printed("light without a bake is coarse or missing: the level is %.4g m long, its cells are %.4g m, "
+                          "and all that is drawn lies in %u of their voxels, for node \"%s\" is far from the rest; "
+                          "move it or leave it out, or give the level a play volume (extras.relume.volume)",
+                          static_cast<double>(side), static_cast<double>(grid.cell()), static_cast<unsigned>(occupied),
+                          farthestPart(scene).c_str()));
+}
+
 }  // namespace
 
 Result<NestedVolumes> voxeliseScene(const Scene& scene, const SceneVolumes& wanted, const ParallelFor& parallelFor,
@@ -218,6 +255,7 @@ Result<NestedVolumes> voxeliseScene(const Scene& scene, const SceneVolumes& want
   const auto pieces = VoxelScene::create(scene, kVoxels * voxel, context, part ? &bounds : nullptr);
   if (!pieces) return pieces.error();
   auto volumes = NestedVolumes::create(pieces->geometry(), options);
+  if (volumes && !part) warnOfFarParts(scene, bounds, *volumes, context);
   if (volumes && volumes->stats().dropped > 0)
     context.message(Severity::warning, std::to_string(volumes->stats().dropped) + " of " +
                                            std::to_string(volumes->stats().occupied) +
