@@ -52,7 +52,7 @@ Result<PlacedCaches> placeCaches(const RayTracer& tracer, const PlaySpace& playS
   // 2. The light map
   PlacedLightmap lightmap;
   if (options.lightmapCaches > 0 || options.lightmapSize > 0) {
-    auto placed = placeLightmap(tracer, playSpace, options, context);
+    auto placed = placeLightmap(tracer, playSpace, options, !grid.position.empty(), context);
     if (context.cancelled()) return cancelledError();
     if (placed)
       lightmap = std::move(*placed);

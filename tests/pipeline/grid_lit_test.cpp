@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // extras.relume.bake "gridLit": such a node blocks light and sends it as a static one does, has no place on the light
-// map, and receives what the grid has.
+// map, and receives what the grid has. So does what is too small for the map, however little is around.
 #include "formats/validate.h"
 #include "relume/bake/bake.h"
 #include "relume/relighter.h"
@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -147,6 +148,40 @@ TEST_F(GridLit, withoutAGridThereIsAWarning) {
   };
   ASSERT_TRUE(bake(scene, options, context));
   EXPECT_NE(warnings.find("node \"partition\" is gridLit, but this bake has no grid"), std::string::npos) << warnings;
+}
+
+// Cubes of 3 cm, 40 cm apart, smaller than any texel: what they read of the grid has the light of the sky.
+TEST(SmallPieces, farFromEachOtherAreLitByTheGrid) {
+  Level level;
+  for (int i = 0; i < 36; ++i) {
+    const float size = 0.03f;
+    const glm::vec3 at(0.4f * static_cast<float>(i % 6), 0.1f * static_cast<float>(i / 6),
+                       0.4f * static_cast<float>(i / 6));
+    level.begin(("cube" + std::to_string(i)).c_str());
+    for (int k = 0; k < 3; ++k) {
+      glm::vec3 u(0.0f), v(0.0f), n(0.0f);
+      u[k] = v[(k + 1) % 3] = n[(k + 2) % 3] = size;
+      level.addRectangle(at, v, u);
+      level.addRectangle(at + n, u, v);
+    }
+  }
+  BakeOptions options = presetOptions(Preset::draft);
+  options.surfels.count = 1024;
+  options.caches.lightmapCaches = 2;
+  Context context;
+  const Result<Bake> made = bake(level.scene(), options, context);
+  ASSERT_TRUE(made) << made.error().message;
+  EXPECT_TRUE(made->caches.lightmap.cache.empty());
+  Result<Relighter> relighter = Relighter::create(*made, {});
+  ASSERT_TRUE(relighter);
+  LightSetup setup;
+  setup.skyRadiance = glm::vec3(1.0f);
+  ASSERT_TRUE(relightUntilConverged(*relighter, setup));
+  for (const Instance& cube : level.scene().instances) {
+    const glm::vec3 middle = level.scene().meshes[cube.mesh].position[0] + 0.015f;
+    for (const glm::vec3& n : {glm::vec3(1, 0, 0), glm::vec3(0, 1, 0), glm::vec3(0, 0, -1)})
+      EXPECT_NEAR(relighter->irradianceInGrid(middle + 0.016f * n, n).g, std::numbers::pi_v<float>, 0.2f) << cube.node;
+  }
 }
 
 }  // namespace

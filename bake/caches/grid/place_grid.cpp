@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // See place_grid.h. A point that sees too many back faces is inside geometry: it moves a little, or is dropped. A point
-// that sees nothing of what the play space sees is dropped, too: no receiver comes there.
+// that sees nothing of what the play space sees is dropped, too: no receiver comes there. Where surfaces are so small
+// and so far apart that no point sees enough of them, receivers are asked instead.
 #include "bake/caches/grid/place_grid.h"
 
 #include "bake/base/parallel.h"
@@ -8,6 +9,7 @@
 #include "bake/caches/grid/refine_grid.h"
 #include "bake/caches/grid/relocate.h"
 #include "bake/caches/grid/see_depths.h"
+#include "bake/caches/lightmap/receiver_sight.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -51,9 +53,11 @@ struct Probed {
   std::vector<Verdict> verdict;
 };
 
-// Find a valid position for every n-th point (n = every), and drop those that have none.
+// Find a valid position for every n-th point (n = every), and drop those that have none. With `receivers`, a position
+// counts as in the play space when one of them sees it.
 Probed probePoints(const Prober& prober, const GridLayout& layout, const std::vector<GridPoint>& points,
-                   std::size_t every, float maxBackFaceShare, Context& context) {
+                   std::size_t every, float maxBackFaceShare, Context& context,
+                   const ReceiverSight* receivers = nullptr) {
   Probed probed;
   probed.position.resize(points.size());
   probed.verdict.assign(points.size(), Verdict::dropped);
@@ -73,9 +77,11 @@ Probed probePoints(const Prober& prober, const GridLayout& layout, const std::ve
           continue;
         const Surroundings around = prober.probe(p, glm::vec3(0.0f), contact);
         const bool inside = around.back > maxBackFaceShare || around.back + around.near > 0.9f;
+        const bool inPlaySpace =
+            receivers != nullptr ? !inside && receivers->sees({p, glm::vec3(0.0f)}) : around.seen >= kMinSeenShare;
         // Outside the play space, no nearby position is any better.
-        if (k == 0 && !inside && around.seen < kMinSeenShare) break;
-        if (inside || around.seen < kMinSeenShare) {
+        if (k == 0 && !inside && !inPlaySpace) break;
+        if (inside || !inPlaySpace) {
           bad.emplace_back(p, kSameShare * around.free);
           continue;
         }
@@ -130,6 +136,10 @@ Result<PlacedGrid> placeGrid(const RayTracer& tracer, const PlaySpace& playSpace
   if (context.cancelled()) return cancelledError();
   if (points.empty()) return PlacedGrid{};
   if (every > 1) probed = probePoints(prober, layout, points, 1, options.maxBackFaceShare, context);
+  if (std::all_of(probed.verdict.begin(), probed.verdict.end(), [](Verdict v) { return v == Verdict::dropped; })) {
+    const ReceiverSight receivers(playSpace, prober, context);
+    probed = probePoints(prober, layout, points, 1, options.maxBackFaceShare, context, &receivers);
+  }
 
   // 2. Numbers of the valid points
   std::vector<std::uint32_t> cache(points.size(), kNoCache);

@@ -73,7 +73,7 @@ struct Faulty {
 class Adviser {
  public:
   Adviser(const PlaySpace& playSpace, const Prober& prober, const PatchSet& set, const PatchTexels& texels,
-          const SharedCaches& shared, const CacheOptions& options, Context& context)
+          const SharedCaches& shared, const CacheOptions& options, bool hasGrid, Context& context)
       : scene_(prober.tracer().scene()),
         playSpace_(playSpace),
         prober_(prober),
@@ -81,6 +81,7 @@ class Adviser {
         texels_(texels),
         shared_(shared),
         options_(options),
+        hasGrid_(hasGrid),
         context_(context),
         isCoarse_(options.lightmapSize == 0 &&
                   options.lightmapCaches < presetOptions(Preset::medium).caches.lightmapCaches) {}
@@ -94,6 +95,7 @@ class Adviser {
     keepSeen(faulty);
     for (const Faulty& node : faulty) cost_ += node.cost;
     context_.figure("grid_lit_area_share", total / set_.areaSeen);
+    if (!hasGrid_) warnDark(faulty);
     forLargest(
         kMaxNamed, [&](std::uint32_t i) { return smallToTellOf(i, faulty[i]); },
         [&](std::uint32_t i) { warnSmall(i, faulty[i]); });
@@ -229,17 +231,34 @@ class Adviser {
     }
   }
 
+  // Backs are left out, for a game that draws none shows nothing there.
+  void warnDark(const std::vector<Faulty>& faulty) const {
+    double area = 0.0;
+    for (const Faulty& node : faulty) area += node.small.area + node.buried.area;
+    if (!isWorthAWarning(area, kMinHopeless)) return;
+    const bool asked = options_.gridCaches > 0 || options_.gridSpacing > 0.0f || options_.gridResolution.x > 0;
+    context_.message(Severity::warning,
+                     number(area) + " m² of seen surface have no cache of the light map and read the grid, which has " +
+                         "none: they stay dark; " +
+                         (asked ? "make the grid finer (--grid-caches or --grid-spacing)" : "give --grid-caches") +
+                         ", or ask for more light-map caches (" + lightmapOption() + ")");
+  }
+
+  std::string lightmapOption() const {
+    return options_.lightmapSize != 0 ? "--lightmap, now " + std::to_string(options_.lightmapSize)
+                                      : "--lightmap-caches, now " + std::to_string(options_.lightmapCaches);
+  }
+
+  const char* gridLight() const { return hasGrid_ ? "read the grid" : "stay dark"; }
+
   void warnSmall(std::uint32_t instance, const Faulty& faulty) const {
     const double density = mendingDensity(faulty.small);
     const std::string node = nameOf(instance), now = number(scene_.instances[instance].texelDensity);
     const std::string what = node + ": " + number(faulty.small.area) +
                              " m² of seen surface are in pieces too small for texels of " + number(texels_.texelSize) +
-                             " m and read the grid; ";
+                             " m and " + gridLight() + "; ";
     const std::string gridLit =
-        ", or mark it extras.relume.bake: \"gridLit\" if the grid's light will do for all of it";
-    const std::string caches = options_.lightmapSize != 0
-                                   ? "--lightmap-size, now " + std::to_string(options_.lightmapSize)
-                                   : "--lightmap-caches, now " + std::to_string(options_.lightmapCaches);
+        hasGrid_ ? ", or mark it extras.relume.bake: \"gridLit\" if the grid's light will do for all of it" : "";
     if (density > kMaxDensity)
       context_.message(Severity::warning,
                        what + "join the pieces of " + node + gridLit + ": no texelDensity up to 100 gives them caches");
@@ -248,16 +267,17 @@ class Adviser {
                                               " to " + rounded(density) + gridLit);
     else
       context_.message(Severity::warning, what + "join the pieces of " + node + ", ask for more light-map caches (" +
-                                              caches + ")" + gridLit + ": a texelDensity that gives them caches, " +
-                                              rounded(density) + ", takes texels from all else");
+                                              lightmapOption() + ")" + gridLit +
+                                              ": a texelDensity that gives them caches, " + rounded(density) +
+                                              ", takes texels from all else");
   }
 
   void warnBacks(std::uint32_t instance, const Faulty& faulty) const {
     const double all = faulty.backs.area + faulty.litBacks.area;
     const std::string onGrid = !(faulty.backs.area > 0.0) ? ""
                                : !(faulty.litBacks.area > 0.0)
-                                   ? ", which read the grid"
-                                   : ", of which " + number(faulty.backs.area) + " m² read the grid";
+                                   ? std::string(", which ") + gridLight()
+                                   : ", of which " + number(faulty.backs.area) + " m² " + gridLight();
     context_.message(Severity::warning, nameOf(instance) + ": " + number(all) +
                                             " m² of what is seen of it are backs of its one-sided faces" + onGrid +
                                             "; a game that draws no backs shows nothing there. If they are not the "
@@ -267,8 +287,8 @@ class Adviser {
 
   void warnBuried(std::uint32_t instance, const Faulty& faulty) const {
     context_.message(Severity::warning,
-                     nameOf(instance) + ": " + number(faulty.buried.area) +
-                         " m² of seen surface read the grid, for from every place on them one sees mostly backs of "
+                     nameOf(instance) + ": " + number(faulty.buried.area) + " m² of seen surface " + gridLight() +
+                         ", for from every place on them one sees mostly backs of "
                          "one-sided faces, or touches others; move " +
                          nameOf(instance) +
                          " out of what it lies in, delete its hidden faces, or make the material of the faces around "
@@ -319,6 +339,7 @@ class Adviser {
   const PatchTexels& texels_;
   const SharedCaches& shared_;
   const CacheOptions& options_;
+  const bool hasGrid_;
   Context& context_;
   // With fewer caches than those of preset medium a bake is a draft or a small budget's: that its texels are larger
   // than pieces is no fault of the level, and a density that mends it would be wrong in a finer bake.
@@ -329,8 +350,8 @@ class Adviser {
 }  // namespace
 
 void warnAboutLightmap(const PlaySpace& playSpace, const Prober& prober, const PatchSet& set, const PatchTexels& texels,
-                       const SharedCaches& shared, const CacheOptions& options, Context& context) {
-  Adviser(playSpace, prober, set, texels, shared, options, context).run();
+                       const SharedCaches& shared, const CacheOptions& options, bool hasGrid, Context& context) {
+  Adviser(playSpace, prober, set, texels, shared, options, hasGrid, context).run();
 }
 
 }  // namespace relume

@@ -49,10 +49,12 @@ struct Trial {
 
 class Placer {
  public:
-  Placer(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, Context& context)
+  Placer(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options, bool hasGrid,
+         Context& context)
       : scene_(tracer.scene()),
         playSpace_(playSpace),
         options_(options),
+        hasGrid_(hasGrid),
         context_(context),
         prober_(tracer, playSpace),
         gutter_(static_cast<std::uint32_t>(std::ceil(options.gutterTexels))) {}
@@ -82,11 +84,7 @@ class Placer {
     }
     if (context_.cancelled()) return cancelledError();
     if (refused_) return *refused_;
-    if (trial.shared.caches.empty())
-      return Error{
-          ErrorCode::failed,
-          "every cache of the light map lies behind or inside geometry: turn faces to the side that is seen, or "
-          "make their material doubleSided"};
+    if (trial.shared.caches.empty()) return Error{ErrorCode::failed, whyNoCaches(trial)};
     if (!plan)
       return Error{ErrorCode::failed,
                    "the light map does not fit into " +
@@ -102,7 +100,7 @@ class Placer {
     if (!filled) return refusedByOptions(filled.error()).error();
     result.lightmap = std::move(*filled);
     report(trial, *plan, request);
-    warnAboutLightmap(playSpace_, prober_, set_, trial.texels, trial.shared, options_, context_);
+    warnAboutLightmap(playSpace_, prober_, set_, trial.texels, trial.shared, options_, hasGrid_, context_);
     result.caches = std::move(trial.shared.caches);
     return result;
   }
@@ -122,6 +120,19 @@ class Placer {
     trial.shared = shareCaches(scene_, set_, trial.texels, prober_, options_, maxCaches, context_);
     pairs_ += trial.shared.statistics.pairs;
     return trial;
+  }
+
+  // Why no texel of a trial has a cache, by what holds for most of the surface, and what users can do about it.
+  std::string whyNoCaches(const Trial& trial) const {
+    double buried = 0.0, small = 0.0;  // [m²]
+    for (std::size_t c = 0; c < trial.texels.texels.size(); ++c)
+      (trial.shared.buried[c] != 0 ? buried : small) += static_cast<double>(trial.texels.texels[c].area);
+    if (buried >= small)
+      return "every cache of the light map lies behind or inside geometry: turn faces to the side that is seen, or "
+             "make their material doubleSided";
+    return "no piece of surface is large enough for texels of " + decimalGeneral(double{trial.texels.texelSize}, 3) +
+           " m: raise " + (options_.lightmapSize > 0 ? "--lightmap" : "--lightmap-caches") +
+           " or extras.relume.texelDensity";
   }
 
   // What users can do about too many texels.
@@ -333,14 +344,15 @@ class Placer {
     for (std::size_t i = 0; i < std::min<std::size_t>(set_.wide.size(), 5); ++i)
       names += (i > 0 ? ", \"" : "\"") + scene_.instances[set_.wide[i]].node + "\"";
     if (set_.wide.size() > 5) names += " and " + std::to_string(set_.wide.size() - 5) + " more";
-    context_.message(Severity::warning, "node " + names +
-                                            ": far larger than what is seen of it, reads the grid. For a light map, "
-                                            "split its triangles where receivers come near");
+    context_.message(Severity::warning, "node " + names + ": far larger than what is seen of it, " +
+                                            (hasGrid_ ? "reads the grid" : "stays dark, as there is no grid") +
+                                            ". For a light map, split its triangles where receivers come near");
   }
 
   const Scene& scene_;
   const PlaySpace& playSpace_;
   const CacheOptions& options_;
+  const bool hasGrid_;
   Context& context_;
   const Prober prober_;
   const std::uint32_t gutter_;
@@ -354,8 +366,8 @@ class Placer {
 }  // namespace
 
 Result<PlacedLightmap> placeLightmap(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
-                                     Context& context) {
-  return Placer(tracer, playSpace, options, context).run();
+                                     bool hasGrid, Context& context) {
+  return Placer(tracer, playSpace, options, hasGrid, context).run();
 }
 
 }  // namespace relume

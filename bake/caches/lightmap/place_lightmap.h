@@ -17,7 +17,8 @@ struct PlacedLightmap {
   MapCorners corners;                // in place of the light map's own
 };
 
+// hasGrid: what gets no cache here reads the grid; it stays dark otherwise.
 Result<PlacedLightmap> placeLightmap(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
-                                     Context& context);
+                                     bool hasGrid, Context& context);
 
 }  // namespace relume

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Tells whether receivers see a place on a surface. The play space knows that by voxels, which cannot tell the back of
-// a plate's top from the front of its bottom, nor the two sides of a post: within one voxel both look the same way. And
-// a play volume holds its furniture: walks that start in a sofa without a bottom see the floor first, and stay inside.
+// Tells whether receivers see a place on a surface, or in the air. The play space knows that by voxels, which cannot
+// tell the back of a plate's top from the front of its bottom, nor the two sides of a post: within one voxel both look
+// the same way. And a play volume holds its furniture: walks that start in a sofa without a bottom see the floor first,
+// and stay inside.
 #pragma once
 
 #include "bake/caches/charts/patches.h"
@@ -19,8 +20,8 @@ class ReceiverSight {
   // The prober must outlive this.
   ReceiverSight(const PlaySpace& playSpace, const Prober& prober, Context& context);
 
-  // Whether a receiver in free space looks at a spot, which is lifted off its surface, from the side of its normal.
-  // True without any receivers, as nothing is known then. Thread-safe.
+  // Whether a receiver in free space looks at a spot, which is lifted off its surface, from the side of its normal;
+  // from any side for normal 0. True without any receivers, as nothing is known then. Thread-safe.
   bool sees(const SurfaceSpot& spot) const;
 
  private:
