@@ -265,7 +265,7 @@ TEST_F(PreviewCommand, namesWhatIsWrong) {
   expectRefused(preview({"--plane-fov", "180"}), 1, {"--plane-fov"});
   expectRefused(preview({"--plane-side", "1"}), 1, {"--plane-side"});
   for (const char* plane : {"--plane-side", "--plane-fov"})
-    expectRefused(preview({plane, "32"}), 1, {plane, "--hemisphere plane"});
+    for (const char* size : {"32", "64"}) expectRefused(preview({plane, size}), 1, {plane, "--hemisphere plane"});
   expectRefused(preview({"--allow-stale"}), 1, {"--allow-stale needs --bake"});
   expectRefused(preview({"--max-records", "0"}), 1, {"--max-records"});
   expectRefused(preview({"--weight", "heavy"}), 1, {"--weight"});

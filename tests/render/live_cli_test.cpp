@@ -71,6 +71,7 @@ TEST_F(RenderCommand, lightsALevelWithoutABake) {
     expectRefused(live({option, value}), 1, {option + " needs --live-transport rsm"});
   expectRefused(live({"--live-transport", "rsm"}), 1, {"--live-rays", "--live-transport rsm"});
   expectRefused(live({"--occlusion-falloff", "2"}), 1, {"--occlusion-falloff needs --aov occlusion"});
+  expectRefused(live({"--exponent", "50"}), 1, {"--exponent needs --aov glossy"});
 }
 
 // A level that was edited since its bake: what changed is told, and what is asked for without it refused by name.

@@ -44,7 +44,7 @@ struct PreviewArguments : PictureOptions {
   PreviewOptions options;
   std::optional<float> accuracy;
   std::optional<std::uint32_t> rays;
-  bool allowStale = false, json = false;
+  bool hasPlaneOptions = false, allowStale = false, json = false;
   TerminalOptions terminal;
 };
 
@@ -114,9 +114,7 @@ void printReport(const PreviewReport& report, const std::vector<std::string>& wr
 
 // Options that nothing reads beside the others.
 Status checkRead(const PreviewArguments& arguments) {
-  const PreviewOptions& o = arguments.options;
-  const PreviewOptions usual;
-  if (o.hemisphere == Hemisphere::fan && (o.planeSide != usual.planeSide || o.planeFovDeg != usual.planeFovDeg))
+  if (arguments.options.hemisphere == Hemisphere::fan && arguments.hasPlaneOptions)
     return usage("--plane-side and --plane-fov need --hemisphere plane, scaled or border");
   if (arguments.allowStale && arguments.bake.empty()) return usage("--allow-stale needs --bake");
   return done();
@@ -372,7 +370,10 @@ void addPreviewCommand(CLI::App& app, Action& action) {
   addPictureOptions(*command, *a);
   command->add_flag("--json", a->json, "print what was written and what it took as JSON");
   addTerminalOptions(*command, a->terminal);
-  command->callback([a, &action] { action = [a] { return runPreview(*a); }; });
+  command->callback([a, command, &action] {
+    a->hasPlaneOptions = command->count("--plane-side") + command->count("--plane-fov") > 0;
+    action = [a] { return runPreview(*a); };
+  });
 }
 
 }  // namespace relume

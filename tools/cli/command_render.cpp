@@ -83,7 +83,8 @@ Result<std::vector<Aov>> chooseAovs(const RenderArguments& arguments, RenderRequ
     if (aov == Aov::normal || aov == Aov::position || aov == Aov::depth) request.centres = true;
   }
   if (Status ok = checkFalloff(request.occlusionFalloff.has_value(), arguments.falloff); !ok) return ok.error();
-  if (std::find(aovs->begin(), aovs->end(), Aov::glossy) == aovs->end()) request.exponent.reset();
+  if (request.exponent && std::find(aovs->begin(), aovs->end(), Aov::glossy) == aovs->end())
+    return usage("--exponent needs --aov glossy");
   if (request.live)
     request.live->lit =
         std::any_of(aovs->begin(), aovs->end(), [](Aov aov) { return needsBake(aov) || aov == Aov::voxels; });
