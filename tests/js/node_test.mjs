@@ -247,8 +247,10 @@ async function checkModule(module) {
     assert.ok(calls > 1);
     if (innerVisibility) assert.deepEqual(inner.coefficients().slice(), alone);
   }
-  assert.throws(() => lightAfter(() => relighter.relight()),
-                (e) => e instanceof RelumeError && e.status === 1 && /visibility of the same relighter/.test(e.message) || assert.fail(`${e}`));
+  for (const call of [() => relighter.relight(), () => relighter.dispose()]) {
+    assert.throws(() => lightAfter(call),
+                  (e) => e instanceof RelumeError && e.status === 1 && /visibility of the same relighter/.test(e.message) || assert.fail(`${e}`));
+  }
   assert.deepEqual(lightAfter(setup.visibility), alone);
   inner.dispose();
   assert.throws(() => new Relighter(bake, {lumaBands: 7}), /lumaBands is 7, expected 1 to 4/);

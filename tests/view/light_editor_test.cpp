@@ -81,6 +81,22 @@ TEST_F(LightEditing, iconsArePickedAndTheBackgroundDeselects) {
   EXPECT_FALSE(edits_.canUndo()) << "picking is no edit";
 }
 
+// Suns that are not in view are drawn at one place in it.
+TEST_F(LightEditing, aSecondClickSelectsTheNextLightAtAPlace) {
+  for (const float height : {60.0f, 70.0f}) lights_.push_back(lightAt(LightKind::directional, {0, height, 0}));
+  editor_.giveIds(lights_);
+  ASSERT_EQ(iconOf(2), iconOf(4));
+  for (const std::size_t sun : {2, 3, 4, 2}) {
+    click(iconOf(2));
+    EXPECT_EQ(editor_.indexIn(lights_), sun);
+  }
+  click(iconOf(0));
+  click(iconOf(0) + glm::vec2(-3, 3));
+  EXPECT_EQ(editor_.indexIn(lights_), 0u) << "the only one there stays selected";
+  click(iconOf(2));
+  EXPECT_EQ(editor_.indexIn(lights_), 2u);
+}
+
 TEST_F(LightEditing, aDragIsOneEditThatCanBeUndone) {
   const Lights before = lights_;
   click(iconOf(0));

@@ -4,6 +4,7 @@
 #include "tests/view/session_fixture.h"
 #include "tools/view/light_set.h"
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -114,6 +115,7 @@ TEST_F(SessionFiles, undoSwitchesNoMoreLightsOnThanThereAreShadowMaps) {
   session_->run(Command::undo);
   EXPECT_EQ(session_->state.lights.size(), kMaxLightsOn + 1);
   EXPECT_EQ(lightsOn(session_->state.lights), kMaxLightsOn);
+  EXPECT_TRUE(says("1 light switched off: 32 are on"));
   frame();
   EXPECT_FALSE(says("shadow"));
 }
@@ -157,6 +159,18 @@ TEST_F(SessionFiles, aLevelBySeveralPathsIsTheSame) {
   }
   ASSERT_TRUE(session_->show(room(at("other.glb"), {"lamp"})));
   EXPECT_EQ(session_->state.lights.size(), 1u);
+}
+
+// One that loads, and cannot be framed.
+TEST_F(SessionFiles, aLevelThatCannotBeShownTakesNoOptionsAway) {
+  options_.driven = {{"panel", glm::vec3(1.0f), 0, 0, {}}};
+  showRoom({"lamp"});
+  const auto empty = std::make_shared<LoadedLevel>();
+  empty->sceneFile = at("empty.glb");
+  ASSERT_FALSE(session_->show(empty));
+  EXPECT_EQ(session_->level->sceneFile, at("room.glb"));
+  session_->drop({at("room.glb")});
+  EXPECT_EQ(session_->job->files().driven.size(), 1u) << "--emission is of the level that is shown still";
 }
 
 TEST_F(SessionFiles, aLevelAndItsBakeAreDroppedTogetherOrOneAfterTheOther) {

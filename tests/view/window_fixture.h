@@ -11,6 +11,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <string>
 #include <utility>
 
 namespace relume::test {
@@ -82,6 +84,11 @@ class WindowTest : public testing::Test {
     for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
       sum += std::abs(static_cast<double>(a[i].g - b[i].g));
     return sum / static_cast<double>(std::max<std::size_t>(a.size(), 1));
+  }
+  // More of it than the screen offers.
+  void xdotool(const std::string& arguments) const {
+    const std::string line = "DISPLAY=" + screen_.display() + " xdotool " + arguments + " >/dev/null 2>&1";
+    EXPECT_EQ(std::system(line.c_str()), 0) << arguments;
   }
   void moveAway() const { screen_.moveTo({width_ - 140, height_ - 100}); }
   // A click on a control: once the mouse is over it, which is seen where it is.

@@ -250,6 +250,57 @@ TEST_F(WindowPanel, changesOfEmittersAndSkyAreUndone) {
   EXPECT_LT(differenceBetween(restingPixels(), brighter), 1e-4) << "no redo";
 }
 
+// A number is typed while a frame is drawn: Control, a click, keys and Return at once. The sky turns no further than
+// its slider goes, which is a whole turn.
+TEST_F(SmallWindowPanel, theSkysTurnIsTyped) {
+  bake("512");
+  // A quarter each of red, green, blue and white
+  std::ofstream(at("sky.hdr"), std::ios::binary)
+      << "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 4\n"
+      << std::string("\x80\0\0\x81\0\x80\0\x81\0\0\x80\x81\x80\x80\x80\x81", 16);
+  if (!show({kWindowLevel, "--bake", at("level.relume"), "--camera", "cam_living", "--lights", "lamp", "--view",
+             "albedo", "--sky-map", at("sky.hdr")}))
+    GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
+  clickControl(rowAt(kSources));
+  const auto turned = [&](const std::string& keys) {
+    const glm::ivec2 place = rowAt(kSky);
+    xdotool("mousemove " + std::to_string(place.x) + " " + std::to_string(place.y) +
+            " keydown ctrl click 1 keyup ctrl key --delay 1 " + keys + " Return");
+    moveAway();
+    return restingPixels();
+  };
+  const auto first = restingPixels();
+  EXPECT_GT(differenceBetween(turned("9 0"), first), 3e-3);
+  EXPECT_LT(differenceBetween(turned("4 5 0"), first), 1e-3) << "turned by more than the slider's end";
+  EXPECT_GT(differenceBetween(turned("4 4 BackSpace 5"), first), 1e-3);
+}
+
+TEST_F(SmallWindowPanel, isWholeAgainAfterATinyWindow) {
+  if (!showBake("512", "albedo")) GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
+  const ScreenPicture before = restingScreen();
+  const auto resize = [this](std::uint32_t width, std::uint32_t height) {
+    xdotool("search --name Relume windowsize " + std::to_string(width) + " " + std::to_string(height));
+  };
+  screen_.moveTo({5, 5});  // keys are the window's below the mouse
+  resize(12, 12);
+  std::size_t size = screenshot().size();
+  for (int i = 0; i < 40 && size != 12 * 12; ++i) size = screenshot().size();
+  ASSERT_EQ(size, 12u * 12u);
+  resize(width_, height_);
+  moveAway();
+  const auto isBack = [&](const ScreenPicture& now) {
+    for (std::uint32_t y = 0; y < 180; ++y) {
+      for (std::uint32_t x = 0; x < 262; ++x) {
+        const std::size_t i = std::size_t{y} * before.width + x;
+        if (std::abs(before.pixel[i].sum() - now.pixel[i].sum()) > 20) return false;
+      }
+    }
+    return true;
+  };
+  EXPECT_TRUE(VirtualScreen::waitUntil([&] { return screenshot().size() == std::size_t{width_} * height_; }));
+  EXPECT_TRUE(isBack(restingScreen()));
+}
+
 TEST_F(WindowPanel, viewsAndOverlaysShowTheBake) {
   if (!showBake("2048", "albedo")) GTEST_SKIP() << "no window with OpenGL 4.3: " << log();
   const auto plain = restingPixels();

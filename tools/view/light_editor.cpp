@@ -72,16 +72,21 @@ bool LightEditor::press(Lights& lights, const PixelView& view, const glm::vec2& 
       return true;
     }
   }
-  std::optional<std::size_t> nearest;
+  std::vector<std::size_t> nearest;  // ids: several where lights are at one place, as suns out of view are
   float best = kLightIconPixels + 3.0f;
-  for (std::size_t i = 0; i < lights.size(); ++i) {
-    const auto at = view.project(anchorOf(lights[i], view));
-    if (!at || glm::distance(*at, pixel) >= best) continue;
-    best = glm::distance(*at, pixel);
-    nearest = lights[i].id;
+  for (const ViewedLight& light : lights) {
+    const auto at = view.project(anchorOf(light, view));
+    const float distance = at ? glm::distance(*at, pixel) : best;
+    if (distance >= best && (nearest.empty() || distance > best)) continue;
+    if (distance < best) nearest.clear();
+    best = distance;
+    nearest.push_back(light.id);
   }
-  selected_ = nearest;
-  return nearest.has_value();
+  // Of those the one after the one that is selected.
+  const auto is = std::find(nearest.begin(), nearest.end(), selected_);
+  const bool isBeforeAnother = is != nearest.end() && is + 1 != nearest.end();
+  selected_ = isBeforeAnother ? is[1] : nearest.empty() ? std::nullopt : std::optional(nearest.front());
+  return selected_.has_value();
 }
 
 void LightEditor::move(Lights& lights, const PixelView& view, const glm::vec2& pixel) {

@@ -33,6 +33,7 @@ class LightEditor {
   std::optional<Gizmo> gizmo(const Lights& lights, const PixelView& view) const;
 
   // The left button. press() says whether there was a light or a handle under the mouse; where not, none is selected.
+  // Of lights at one place a second press selects the next.
   bool press(Lights& lights, const PixelView& view, const glm::vec2& pixel);
   void move(Lights& lights, const PixelView& view, const glm::vec2& pixel);
   void release() { drag_.reset(); }

@@ -18,7 +18,7 @@
 namespace relume {
 namespace {
 
-constexpr float kWidth = 250.0f, kItemWidth = 150.0f;
+constexpr float kWidth = 250.0f, kItemWidth = 150.0f, kMargin = 8.0f;
 
 // Bands of luma and chroma by their names; the runtime says which of them a bake can have.
 void bandControls(const Viewer& viewer, ViewState& state) {
@@ -204,6 +204,15 @@ void cover(Session& session) {
   session.covered.push_back({{low.x, low.y}, {low.x + size.x, low.y + size.y}});
 }
 
+// Keep the panel whole within the window, as far as that has room for it: Dear ImGui pushes it over the edge of a
+// window that is too small, and leaves it there. It is drawn there in the next frame.
+void keepWithinWindow() {
+  const ImVec2 display = ImGui::GetIO().DisplaySize, at = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
+  const float x = std::clamp(at.x, kMargin, std::max(display.x - size.x - kMargin, kMargin));
+  const float y = std::clamp(at.y, kMargin, std::max(display.y - size.y - kMargin, kMargin));
+  if (x != at.x || y != at.y) ImGui::SetWindowPos(ImVec2(x, y));
+}
+
 ImVec4 colorOf(Severity severity) {
   if (severity == Severity::error) return {1.0f, 0.55f, 0.5f, 1.0f};
   return severity == Severity::warning ? ImVec4(1.0f, 0.85f, 0.45f, 1.0f) : ImGui::GetStyleColorVec4(ImGuiCol_Text);
@@ -330,8 +339,8 @@ void drawPanel(Session& session) {
   if (session.capture().isFilming()) drawFilming(session.capture());
   if (!session.state.panel || !session.level) return;
   // As wide as its controls need and as tall as those that are open, within the window.
-  ImGui::SetNextWindowPos(ImVec2(8, 8), ImGuiCond_FirstUseEver);
-  ImGui::SetNextWindowSizeConstraints(ImVec2(kWidth, 0), ImVec2(kWidth, ImGui::GetIO().DisplaySize.y - 16.0f));
+  ImGui::SetNextWindowPos(ImVec2(kMargin, kMargin), ImGuiCond_FirstUseEver);
+  ImGui::SetNextWindowSizeConstraints(ImVec2(kWidth, 0), ImVec2(kWidth, ImGui::GetIO().DisplaySize.y - 2.0f * kMargin));
   ImGui::Begin("Relume", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
   ImGui::PushItemWidth(kItemWidth);
   if (ImGui::CollapsingHeader("View", ImGuiTreeNodeFlags_DefaultOpen))
@@ -359,6 +368,7 @@ void drawPanel(Session& session) {
   if (ImGui::CollapsingHeader("Mouse and keys")) help(session.flySpeed);
   ImGui::PopItemWidth();
   cover(session);
+  keepWithinWindow();
   ImGui::End();
 }
 

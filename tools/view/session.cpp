@@ -38,7 +38,7 @@ void Session::run(Command command) {
     case Command::undo:
     case Command::redo:
       cancelDrags();
-      command == Command::undo ? edits.undo(state) : edits.redo(state);
+      tellSwitchedOff(command == Command::undo ? edits.undo(state) : edits.redo(state));
       return editor.keepSelectionWithin(state.lights);
     case Command::saveLights:
       return saveLights();
@@ -81,6 +81,13 @@ void Session::addLight(LightKind kind) {
 void Session::cancelDrags() {
   objects.cancelDrag(state.objects);
   editor.cancelDrag(state.lights);
+}
+
+// Lights that were on, and are not because too many would be.
+void Session::tellSwitchedOff(std::size_t lights) {
+  if (lights == 0) return;
+  say(Severity::warning,
+      countOfLights(lights) + " switched off: " + std::to_string(kMaxLightsOn) + " are on, and no more can be");
 }
 
 // Note what controls or a drag have changed, once it is over.

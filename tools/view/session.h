@@ -126,6 +126,7 @@ class Session {
   void loadLights(const std::string& path);
   void duplicateLight();
   void cancelDrags();
+  void tellSwitchedOff(std::size_t lights);
   void commit();
   LevelFiles filesOf(const std::string& scene, const std::string& bake) const;
   void relightAsChosen();

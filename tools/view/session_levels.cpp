@@ -57,7 +57,8 @@ Status Session::show(LevelPtr next) {
   // The level of the command line has the state that this began with.
   const bool isFirst = !level && isSameFile(next->sceneFile, options_.scene);
   ViewState wanted = state;
-  FileParts before, now;  // of the level that is shown, where it has changed
+  ViewerOptions options = options_;  // with `next`, once it is shown
+  FileParts before, now;             // of the level that is shown, where it has changed
   pick_.reset();
   if (isSame) {
     before = {lightsOf(level->scene, options_.lights), emittersOf(level->scene, options_.driven)};
@@ -68,19 +69,20 @@ Status Session::show(LevelPtr next) {
     wanted.emitters = keptEmitters(state.emitters, before.emitters, now.emitters);
   } else if (!isFirst) {
     // Names of the first level's cameras and lights say nothing of this one.
-    options_.camera.clear();
-    options_.lights = {"all"};
-    options_.lightsFile.clear();
-    options_.driven.clear();
-    options_.bake.clear();
-    options_.draft = next->isBaked;
-    auto fresh = initialState(next->scene, options_);
+    options.camera.clear();
+    options.lights = {"all"};
+    options.lightsFile.clear();
+    options.driven.clear();
+    options.bake.clear();
+    options.draft = next->isBaked;
+    auto fresh = initialState(next->scene, options);
     if (!fresh) return fresh.error();
     wanted = std::move(*fresh);
     editor.giveIds(wanted.lights);
   }
   auto made = Viewer::create(*next, options_.shadowSize, wanted, getProcAddress_, isSame ? &*viewer : nullptr);
   if (!made) return made.error();
+  options_ = std::move(options);
   viewer.emplace(std::move(*made));
   editor.keepSelectionWithin(wanted.lights);
   if (!isSame && !isFirst) {
@@ -93,10 +95,7 @@ Status Session::show(LevelPtr next) {
   if (!isSame) flySpeed.fit(viewer->levelSize());
   if (const auto warning = isSame ? std::nullopt : cameraWarning(level->scene, options_))
     say(Severity::warning, *warning);
-  if (const std::size_t off = limitLightsOn(state.lights); off > 0) {
-    say(Severity::warning,
-        countOfLights(off) + " switched off: " + std::to_string(kMaxLightsOn) + " are on, and no more can be");
-  }
+  tellSwitchedOff(limitLightsOn(state.lights));
   objects.select({});
   if (isSame) {
     edits.replace(state, before, now);

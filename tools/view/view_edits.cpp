@@ -47,7 +47,6 @@ void ViewEdits::put(const Edited& edited, ViewState& state) {
 // Bring what was as the file had it to what the file has now, as Session::show() does with what is shown.
 void ViewEdits::follow(const FileParts& before, const FileParts& now, Edited& edited) {
   edited.lights = followFile(edited.lights, before.lights, now.lights);
-  limitLightsOn(edited.lights);
   for (Emitter& emitter : edited.emitters) {
     const auto was = std::ranges::find(before.emitters, emitter.name, &ViewedEmitter::name);
     const auto is = std::ranges::find(now.emitters, emitter.name, &ViewedEmitter::name);
@@ -63,21 +62,28 @@ void ViewEdits::replace(const ViewState& state, const FileParts& before, const F
   // What was noted last, in a level of these objects and emitters: the next commit() compares with it.
   ViewState noted = state;
   put(history_.current(), noted);
+  limitLightsOn(noted.lights);
   history_.replace(editedOf(noted));
 }
 
 void ViewEdits::commit(const ViewState& state) { history_.commit(editedOf(state)); }
 
-void ViewEdits::undo(ViewState& state) {
-  commit(state);
-  put(history_.undo(), state);
+// What an undo or redo has found.
+std::size_t ViewEdits::bring(const Edited& edited, ViewState& state) {
+  put(edited, state);
+  const std::size_t off = limitLightsOn(state.lights);
   history_.replace(editedOf(state));
+  return off;
 }
 
-void ViewEdits::redo(ViewState& state) {
+std::size_t ViewEdits::undo(ViewState& state) {
   commit(state);
-  put(history_.redo(), state);
-  history_.replace(editedOf(state));
+  return bring(history_.undo(), state);
+}
+
+std::size_t ViewEdits::redo(ViewState& state) {
+  commit(state);
+  return bring(history_.redo(), state);
 }
 
 }  // namespace relume

@@ -33,8 +33,10 @@ class ViewEdits {
   void commit(const ViewState& state);
   bool canUndo() const { return history_.canUndo(); }
   bool canRedo() const { return history_.canRedo(); }
-  void undo(ViewState& state);
-  void redo(ViewState& state);
+  // How many lights were on in what comes back and are switched off, because a file has added others since and more
+  // than kMaxLightsOn would be on.
+  std::size_t undo(ViewState& state);
+  std::size_t redo(ViewState& state);
 
  private:
   struct Emitter {
@@ -63,6 +65,7 @@ class ViewEdits {
   };
   static Edited editedOf(const ViewState& state);
   static void put(const Edited& edited, ViewState& state);
+  std::size_t bring(const Edited& edited, ViewState& state);
   static void follow(const FileParts& before, const FileParts& now, Edited& edited);
 
   EditHistory<Edited> history_;

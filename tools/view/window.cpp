@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include "tools/base/printable.h"
+#include "tools/view/input_events.h"
 #include "tools/view/key_letters.h"
 #include "tools/view/light_handles.h"
 #include "tools/view/panel.h"
@@ -16,8 +17,8 @@
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
-#include <algorithm>
 #include <chrono>
+#include <cstddef>
 #include <cstdio>
 #include <optional>
 #include <set>
@@ -28,13 +29,7 @@
 namespace relume {
 namespace {
 
-struct InputEvent {
-  enum class Kind { press, move, release, key, scroll, drop } kind = Kind::move;  // of the left button
-  glm::vec2 at{0.0f};                                                             // [pixel]
-  int key = 0, mods = 0;                                                          // GLFW's, by lettered()
-  std::vector<std::string> paths{};                                               // that were dropped together
-  float notches = 0.0f;                                                           // of the wheel
-};
+bool isModifier(int key) { return key >= GLFW_KEY_LEFT_SHIFT && key <= GLFW_KEY_RIGHT_SUPER; }
 
 // GLFW from init to terminate, with one window.
 class Window {
@@ -57,24 +52,17 @@ class Window {
       if (button != GLFW_MOUSE_BUTTON_LEFT) return;
       // glfwGetCursorPos() has where the mouse is now, which after a slow frame is not where the button went down.
       const auto kind = action == GLFW_PRESS ? InputEvent::Kind::press : InputEvent::Kind::release;
-      of(w).events_.push_back({kind, of(w).mouse_, 0, mods, {}});
+      of(w).events_.push_back({.kind = kind, .at = of(w).mouse_, .mods = mods});
     });
     glfwSetCursorPosCallback(window_, [](GLFWwindow* w, double x, double y) {
       of(w).mouse_ = glm::vec2(x, y);
-      of(w).events_.push_back({InputEvent::Kind::move, of(w).mouse_, 0, 0, {}});
+      of(w).events_.push_back({.at = of(w).mouse_});
     });
     glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double y) {
-      of(w).events_.push_back({InputEvent::Kind::scroll, of(w).mouse_, 0, 0, {}, static_cast<float>(y)});
-    });
-    glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int scancode, int action, int mods) {
-      // Commands go by the letter on the key, flight by where the key is.
-      if (action == GLFW_PRESS)
-        of(w).events_.push_back({InputEvent::Kind::key, {}, lettered(key, glfwGetKeyName(key, scancode)), mods, {}});
-      if (action == GLFW_PRESS && (mods & GLFW_MOD_CONTROL) == 0) of(w).held_.insert(key);
-      if (action == GLFW_RELEASE) of(w).held_.erase(key);
+      of(w).events_.push_back({.kind = InputEvent::Kind::scroll, .at = of(w).mouse_, .notches = static_cast<float>(y)});
     });
     glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
-      of(w).events_.push_back({InputEvent::Kind::drop, {}, 0, 0, {paths, paths + count}});
+      of(w).events_.push_back({.kind = InputEvent::Kind::drop, .paths = {paths, paths + count}});
     });
     ImGui::CreateContext();
     ImGui::GetIO().IniFilename = nullptr;
@@ -82,6 +70,20 @@ class Window {
     ImGui_ImplGlfw_InitForOpenGL(window_, true);
     ImGui_ImplOpenGL3_Init("#version 430");
     gui_ = true;
+    // In place of those of Dear ImGui, which is handed keys and characters frame by frame.
+    glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int scancode, int action, int mods) {
+      if (action == GLFW_REPEAT) return;
+      const auto kind = action == GLFW_PRESS ? InputEvent::Kind::key : InputEvent::Kind::keyRelease;
+      // Commands go by the letter on the key, flight by where the key is.
+      const int letter = lettered(key, glfwGetKeyName(key, scancode));
+      of(w).events_.push_back(
+          {.kind = kind, .key = key, .mods = mods, .letter = letter, .isModifier = isModifier(key)});
+      if (action == GLFW_PRESS && (mods & GLFW_MOD_CONTROL) == 0) of(w).held_.insert(key);
+      if (action == GLFW_RELEASE) of(w).held_.erase(key);
+    });
+    glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned int character) {
+      of(w).events_.push_back({.kind = InputEvent::Kind::character, .character = character});
+    });
     return done();
   }
   ~Window() {
@@ -108,19 +110,15 @@ class Window {
   }
   // Whether keys are down, or what happened has not been handled.
   bool isInUse() const { return !events_.empty() || !held_.empty(); }
-  // What is to be handled in this frame, in its order: up to one press or release of the button, so that who looks at
-  // mouse and button once a frame, as Dear ImGui does, misses no click in slow ones.
+  // What is to be handled in this frame, in its order.
   std::vector<InputEvent> takeEvents() {
-    const auto isButton = [](const InputEvent& e) {
-      return e.kind == InputEvent::Kind::press || e.kind == InputEvent::Kind::release;
-    };
-    auto end = std::find_if(events_.begin(), events_.end(), isButton);
-    if (end != events_.end()) isDown_ = end->kind == InputEvent::Kind::press;
-    if (end != events_.end()) ++end;
+    const auto end = events_.begin() + static_cast<std::ptrdiff_t>(eventsOfFrame(events_));
     std::vector<InputEvent> taken(events_.begin(), end);
     events_.erase(events_.begin(), end);
     for (const InputEvent& e : taken) {
-      if (e.kind == InputEvent::Kind::move || isButton(e)) handledMouse_ = e.at;
+      const bool isButton = e.kind == InputEvent::Kind::press || e.kind == InputEvent::Kind::release;
+      if (isButton) isDown_ = e.kind == InputEvent::Kind::press;
+      if (isButton || e.kind == InputEvent::Kind::move) handledMouse_ = e.at;
     }
     return taken;
   }
@@ -182,9 +180,9 @@ std::optional<Command> commandOf(int key, int mods) {
   return std::nullopt;
 }
 
-// Hands what happened since the last frame to the session, in its order: slow frames lose no click.
-void handle(const InputEvent& event, Session& session) {
-  const ImGuiIO& io = ImGui::GetIO();
+// Hands what happened to the session, and keys to Dear ImGui as well.
+void handle(const InputEvent& event, GLFWwindow* window, Session& session) {
+  const bool isTyping = ImGui::GetIO().WantTextInput && ImGui::IsAnyItemActive();
   const bool isList = ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
   switch (event.kind) {
     case InputEvent::Kind::press:
@@ -200,9 +198,14 @@ void handle(const InputEvent& event, Session& session) {
     case InputEvent::Kind::drop:
       return session.drop(event.paths);
     case InputEvent::Kind::key:
-      // While a text is typed, keys are its own.
-      if (const auto command = commandOf(event.key, event.mods); command && !io.WantTextInput) session.run(*command);
+      ImGui_ImplGlfw_KeyCallback(window, event.key, 0, GLFW_PRESS, event.mods);
+      // While a text is typed, keys are its own. The flag still stands in the frame after the one that ended it.
+      if (const auto command = commandOf(event.letter, event.mods); command && !isTyping) session.run(*command);
       return;
+    case InputEvent::Kind::keyRelease:
+      return ImGui_ImplGlfw_KeyCallback(window, event.key, 0, GLFW_RELEASE, event.mods);
+    case InputEvent::Kind::character:
+      return ImGui_ImplGlfw_CharCallback(window, event.character);
   }
 }
 
@@ -263,7 +266,7 @@ void loop(Window& window, Session& session, FirstLight& firstLight) {
     session.beginFrame(now, glm::vec2(windowWidth, windowHeight));
     for (const std::string& warning : std::exchange(session.warnings, {}))
       std::fprintf(stderr, "relume-view: warning: %s\n", printableLines(warning).c_str());
-    for (const InputEvent& event : window.takeEvents()) handle(event, session);
+    for (const InputEvent& event : window.takeEvents()) handle(event, window.get(), session);
     animate(state, session.animationTime());
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();

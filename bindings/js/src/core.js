@@ -462,6 +462,7 @@ export class Relighter {
   }
   dispose() {
     if (this.address === 0) return;
+    if (this.module.callbacks.has(this.address)) throw new RelumeError('dispose: called by the visibility of the same relighter', kUsage);
     forgotten?.unregister(this);
     freeRelighter(this.module, this.address, this.blocks);
     this.address = 0;

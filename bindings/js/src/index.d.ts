@@ -147,7 +147,7 @@ export interface LightSetup {
   movingShapes?: MovingShapes;
   /**
    * Shares [0..1] of a light that reach `count` points: the host's shadows. Write all of `visible`. The arrays end with the call.
-   * Other relighters may be called in it once `visible` is written, for that may end the arrays; its own may not be relit.
+   * Other relighters may be called in it once `visible` is written, for that may end the arrays; its own may not be relit or disposed of.
    * Relighter alone: a worker cannot call the page. If it throws, relight() throws the same, but the frame is applied, with the points that
    * had no answer in shadow: reset() forgets it.
    */
