@@ -16,6 +16,12 @@ std::string nodePath(const GltfDocument& document, int node) {
   return jsonPath("nodes", node) + " '" + nodeName(document, node) + "'";
 }
 
+bool hidesNode(const tinygltf::Node& node) {
+  const auto extension = node.extensions.find("KHR_node_visibility");
+  return extension != node.extensions.end() && extension->second.Has("visible") &&
+         !extension->second.Get("visible").Get<bool>();
+}
+
 Status checkForest(const GltfDocument& document) {
   const auto& nodes = document.model.nodes;
   std::vector<int> parent(nodes.size(), -1);

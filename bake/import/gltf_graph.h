@@ -14,6 +14,9 @@ namespace relume {
 std::string nodeName(const GltfDocument& document, int node);
 std::string nodePath(const GltfDocument& document, int node);
 
+// Whether KHR_node_visibility hides the node, and with it all below.
+bool hidesNode(const tinygltf::Node& node);
+
 // invalidFile: a node that does not exist, has two parents, or is its own ancestor.
 Status checkForest(const GltfDocument& document);
 

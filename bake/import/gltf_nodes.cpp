@@ -384,10 +384,7 @@ void NodeImporter::warnOfMorph(const Visit& at, const tinygltf::Node& node, cons
 }
 
 void NodeImporter::readVisibility(const tinygltf::Node& node, Visit& at) const {
-  const auto extension = node.extensions.find("KHR_node_visibility");
-  if (extension != node.extensions.end() && extension->second.Has("visible") &&
-      !extension->second.Get("visible").Get<bool>())
-    at.hidden = true;
+  at.hidden = at.hidden || hidesNode(node);
   if (document_.animated.visibilityOfNodes.contains(at.node)) at.shownAndHidden = at.node;
 }
 

@@ -10,16 +10,10 @@
 namespace relume {
 namespace {
 
-struct Visit {
+struct TreeVisit {
   std::uint32_t node = 0;
   bool hidden = false;  // by KHR_node_visibility, of a node above
 };
-
-bool hides(const tinygltf::Node& node) {
-  const auto extension = node.extensions.find("KHR_node_visibility");
-  return extension != node.extensions.end() && extension->second.Has("visible") &&
-         !extension->second.Get("visible").Get<bool>();
-}
 
 bool hasVolume(const tinygltf::Node& node) {
   return node.extras.IsObject() && node.extras.Has("relume") && node.extras.Get("relume").Has("volume");
@@ -38,14 +32,14 @@ Result<NodeTree> readNodeTree(const std::filesystem::path& path, Context& contex
   NodeTree tree;
   tree.parent.assign(nodes.size(), kNone);
   for (const tinygltf::Node& node : nodes) tree.name.push_back(node.name);
-  std::vector<Visit> stack;
+  std::vector<TreeVisit> stack;
   for (auto start = starts->rbegin(); start != starts->rend(); ++start)
     stack.push_back({static_cast<std::uint32_t>(*start)});
   while (!stack.empty()) {
-    const Visit at = stack.back();
+    const TreeVisit at = stack.back();
     stack.pop_back();
     const tinygltf::Node& node = nodes[at.node];
-    const bool hidden = at.hidden || hides(node);
+    const bool hidden = at.hidden || hidesNode(node);
     tree.order.push_back(at.node);
     if (hasVolume(node)) tree.volumes.push_back(at.node);
     if (node.camera >= 0) tree.cameras.push_back(at.node);
