@@ -190,10 +190,12 @@ endfunction()
 # what others do.
 # FAULTS: what becomes of bad input and of systems that fail. Where the sanitizers see it the release suite need not, but in
 # long runs (label `faults`).
+# COMMANDS: it runs programs as users do, the release build's. What these call the sanitizers see in tests of its room, and
+# the programs themselves where input is bad and in long runs (label `commands`).
 # TOGETHER: the program is test_<TOGETHER>, which other tests of the room share: their headers are parsed once, which is most of what a file
 # of a test costs, and it is linked once. Those that measure (NUMBERS) share none with the others, as not every build has them.
 function(relume_test name)
-  cmake_parse_arguments(T "NUMBERS;LONG;FAULTS" "TIMEOUT;TOGETHER" "SOURCES;LIBS;LENGTHY;UNSANITIZED" ${ARGN})
+  cmake_parse_arguments(T "NUMBERS;LONG;FAULTS;COMMANDS" "TIMEOUT;TOGETHER" "SOURCES;LIBS;LENGTHY;UNSANITIZED" ${ARGN})
   if(RELUME_SANITIZE)
     list(APPEND T_LENGTHY ${T_UNSANITIZED})
   endif()
@@ -232,7 +234,7 @@ function(relume_test name)
   if(T_LONG)
     list(APPEND labels long)
   endif()
-  if(T_NUMBERS)
+  if(T_NUMBERS OR (T_COMMANDS AND RELUME_SANITIZE))
     add_dependencies(relume_numbers ${program})
   else()
     add_dependencies(relume_tests ${program})
@@ -252,6 +254,8 @@ function(relume_test name)
     set_tests_properties(${name} PROPERTIES LABELS "${labels}")
   elseif(T_FAULTS)
     set_tests_properties(${name} PROPERTIES LABELS faults)
+  elseif(T_COMMANDS)
+    set_tests_properties(${name} PROPERTIES LABELS commands)
   endif()
 endfunction()
 

@@ -51,11 +51,11 @@ if [ "$long" -eq 1 ]; then
 fi
 [ "$sanitizers" -eq 1 ] || exit 0
 
-# The long runs are of the release build; the sanitizers see the default suite, and without --long not the tests that
-# measure numbers (label `numbers`).
+# The long runs are of the release build; the sanitizers see the default suite, and without --long neither the tests that
+# measure numbers nor those that run commands as users do (labels `numbers` and `commands`).
 export RELUME_LONG_TESTS=0
 tests=(relume_tests)
-if [ "$long" -eq 1 ]; then tests+=(relume_numbers); else without=(--label-exclude '^numbers$'); fi
+if [ "$long" -eq 1 ]; then tests+=(relume_numbers); else without=(--label-exclude '^(numbers|commands)$'); fi
 step "threads: TSan"
 cmake --preset tsan -DRELUME_BUILD_TESTS=ON
 cmake --build build/tsan --parallel "$(nproc)" --target "${tests[@]}"
