@@ -191,7 +191,7 @@ endfunction()
 # FAULTS: what becomes of bad input and of systems that fail. Where the sanitizers see it the release suite need not, but in
 # long runs (label `faults`).
 # COMMANDS: it runs programs as users do, the release build's. What these call the sanitizers see in tests of its room, and
-# the programs themselves where input is bad and in long runs (label `commands`).
+# the programs themselves where input is bad and in long runs (label `commands`); UNSANITIZED says nothing more of them.
 # TOGETHER: the program is test_<TOGETHER>, which other tests of the room share: their headers are parsed once, which is most of what a file
 # of a test costs, and it is linked once. Those that measure (NUMBERS) share none with the others, as not every build has them.
 function(relume_test name)

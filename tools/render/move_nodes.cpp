@@ -35,7 +35,8 @@ Result<NodeTree> treeOf(const Scene& scene, Context& context) {
                          tree->volumes.size() == scene.volumes.size() &&
                          std::all_of(scene.instances.begin(), scene.instances.end(),
                                      [&](const Instance& instance) { return instance.nodeIndex < tree->name.size(); });
-  if (!isOfScene) return Error{ErrorCode::io, scene.name + ": was changed while it was read"};
+  if (!isOfScene)
+    return Error{ErrorCode::io, scene.name + ": was changed while it was read; run again once it is whole"};
   return tree;
 }
 
