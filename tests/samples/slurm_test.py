@@ -104,10 +104,10 @@ def read_list(pid, name):
         return []
 
 
-def kill_all(pids):
+def kill_all(pids, number=signal.SIGKILL):
     for pid in pids:
         try:
-            os.kill(pid, signal.SIGKILL)
+            os.kill(pid, number)
         except ProcessLookupError:
             pass
 
@@ -198,8 +198,9 @@ class Cluster:
         of_node = {pid for pid in descendants(os.getpid()) if f"SLURMD_NODENAME={node}" in read_list(pid, "environ")}
         parents = processes()
         steps = {parents[pid] for pid in of_node if pid in parents} - {os.getpid(), 1}
-        os.kill(daemon, signal.SIGKILL)
-        kill_all(descendants(daemon) | steps | of_node)
+        everything = {daemon} | descendants(daemon) | steps | of_node
+        kill_all(everything, signal.SIGSTOP)  # a step that still ran would tell Slurm how its shard ended
+        kill_all(everything)
         self.slurmd[node].wait()
 
 
