@@ -22,34 +22,34 @@ bool hidesNode(const tinygltf::Node& node) {
          !extension->second.Get("visible").Get<bool>();
 }
 
-Status checkForest(const GltfDocument& document) {
+Result<std::vector<SceneNode>> readForest(const GltfDocument& document) {
   const auto& nodes = document.model.nodes;
-  std::vector<int> parent(nodes.size(), -1);
+  std::vector<SceneNode> forest(nodes.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) {
+    forest[i].name = nodes[i].name;
     for (const int child : nodes[i].children) {
       if (child < 0 || static_cast<std::size_t>(child) >= nodes.size())
         return document.invalid(
             nodePath(document, static_cast<int>(i)),
             "child " + jsonPath("nodes", child) + " does not exist, there are " + std::to_string(nodes.size()));
-      int& up = parent[static_cast<std::size_t>(child)];
-      if (up >= 0)
-        return document.invalid(nodePath(document, child), "has two parents, " + nodePath(document, up) + " and " +
+      std::uint32_t& parent = forest[static_cast<std::size_t>(child)].parent;
+      if (parent != kNone)
+        return document.invalid(nodePath(document, child), "has two parents, " +
+                                                               nodePath(document, static_cast<int>(parent)) + " and " +
                                                                nodePath(document, static_cast<int>(i)));
-      up = static_cast<int>(i);
+      parent = static_cast<std::uint32_t>(i);
     }
   }
-  std::vector<std::uint8_t> seen(nodes.size(), 0);  // 1 = on the path now, 2 = known to end at a root
-  for (std::size_t start = 0; start < nodes.size(); ++start) {
-    int at = static_cast<int>(start);
-    for (; at >= 0 && seen[static_cast<std::size_t>(at)] == 0; at = parent[static_cast<std::size_t>(at)])
-      seen[static_cast<std::size_t>(at)] = 1;
-    if (at >= 0 && seen[static_cast<std::size_t>(at)] == 1)
-      return document.invalid(nodePath(document, at), "is its own ancestor: the nodes form a cycle");
-    for (at = static_cast<int>(start); at >= 0 && seen[static_cast<std::size_t>(at)] == 1;
-         at = parent[static_cast<std::size_t>(at)])
-      seen[static_cast<std::size_t>(at)] = 2;
+  enum : std::uint8_t { unknown, onPath, endsAtRoot };
+  std::vector<std::uint8_t> seen(nodes.size(), unknown);
+  for (std::uint32_t start = 0; start < nodes.size(); ++start) {
+    std::uint32_t at = start;
+    for (; at != kNone && seen[at] == unknown; at = forest[at].parent) seen[at] = onPath;
+    if (at != kNone && seen[at] == onPath)
+      return document.invalid(nodePath(document, static_cast<int>(at)), "is its own ancestor: the nodes form a cycle");
+    for (at = start; at != kNone && seen[at] == onPath; at = forest[at].parent) seen[at] = endsAtRoot;
   }
-  return done();
+  return forest;
 }
 
 Result<std::vector<int>> findRoots(const GltfDocument& document) {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The graph of a glTF's nodes before it is walked: that it is a forest, and where the walk begins.
+// The graph of a glTF's nodes before it is walked: the forest that it must be, and where the walk begins.
 #pragma once
 
 #include "bake/import/gltf_document.h"
+#include "relume/bake/scene.h"
 #include "relume/result.h"
 
 #include <string>
@@ -17,8 +18,8 @@ std::string nodePath(const GltfDocument& document, int node);
 // Whether KHR_node_visibility hides the node, and with it all below.
 bool hidesNode(const tinygltf::Node& node);
 
-// invalidFile: a node that does not exist, has two parents, or is its own ancestor.
-Status checkForest(const GltfDocument& document);
+// Names and parents. invalidFile: a node that does not exist, has two parents, or is its own ancestor.
+Result<std::vector<SceneNode>> readForest(const GltfDocument& document);
 
 // The default scene's nodes, the first scene's, or every node without a parent. invalidFile: a scene or node that does
 // not exist, or a node that is listed twice.

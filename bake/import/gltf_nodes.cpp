@@ -173,7 +173,8 @@ Status NodeImporter::readExtras(const tinygltf::Node& node, const std::string& w
       size[i] = volume.Get(i).IsNumber() ? static_cast<float>(volume.Get(i).GetNumberAsDouble()) : 0.0f;
     const bool good = size.x > 0.0f && size.y > 0.0f && size.z > 0.0f && std::isfinite(size.x + size.y + size.z);
     if (!good) return document_.invalid(path + ".volume", "expected three sizes above 0");
-    scene_.volumes.push_back({nodeName(document_, at.node), glm::scale(toWorld, size)});
+    scene_.volumes.push_back(
+        {nodeName(document_, at.node), glm::scale(toWorld, size), static_cast<std::uint32_t>(at.node)});
   }
   return done();
 }
@@ -287,9 +288,9 @@ Status NodeImporter::addCamera(const tinygltf::Node& node, const Visit& at, cons
   const tinygltf::Camera& source = cameras[static_cast<std::size_t>(node.camera)];
   const std::string path = jsonPath("cameras", node.camera) + (source.name.empty() ? "" : " '" + source.name + "'");
   Camera camera;
-  camera.name =
-      source.name.empty() ? nodeName(document_, static_cast<int>(&node - document_.model.nodes.data())) : source.name;
+  camera.name = source.name.empty() ? nodeName(document_, at.node) : source.name;
   camera.node = node.name;
+  camera.nodeIndex = static_cast<std::uint32_t>(at.node);
   camera.playSpace = at.playSpace;
   camera.orthographic = source.type == "orthographic";
   camera.yfovRad = static_cast<float>(source.perspective.yfov);
@@ -329,6 +330,7 @@ Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const
   SceneLight light;
   light.name = source.name.empty() ? nodeName(document_, at.node) : source.name;
   light.node = node.name;
+  light.nodeIndex = static_cast<std::uint32_t>(at.node);
   if (source.type == "directional") {
     light.kind = LightKind::directional;
   } else if (source.type == "spot") {
@@ -439,7 +441,9 @@ Status NodeImporter::visit(const Visit& from, std::vector<Visit>& stack) {
 }
 
 Status NodeImporter::run() {
-  if (Status status = checkForest(document_); !status) return status;
+  Result<std::vector<SceneNode>> forest = readForest(document_);
+  if (!forest) return forest.error();
+  scene_.nodes = std::move(*forest);
   const Result<std::vector<int>> starts = findRoots(document_);
   if (!starts) return starts.error();
   std::vector<Visit> stack;

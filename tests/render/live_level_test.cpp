@@ -135,7 +135,7 @@ TEST(LiveLevel, aMovedLevelIsTheLevelThatHasItsPartsThere) {
   run(edited, moved, 1);
 
   Scene there = rooms.scene;
-  ASSERT_TRUE(moveNodes({"node1=1.1,0,0", "node2=0.7,0.4,0.3"}, MovedParts::all, there, rooms.context));
+  ASSERT_TRUE(moveNodes({"node1=1.1,0,0", "node2=0.7,0.4,0.3"}, MovedParts::all, there));
   LiveLevel made = rooms.level(there);
   run(made, frame, 1);
   const auto a = edited.light()[0].coefficients(), b = made.light()[0].coefficients();
@@ -315,7 +315,7 @@ TEST(LiveLevel, moreThanTheMemoryAllowsIsRefusedByName) {
 TEST(MoveNodes, refusesWhatItCannotMove) {
   Rooms rooms;
   const auto refuse = [&](const std::string& move, MovedParts parts, const std::string& named) {
-    const Status refused = moveNodes({move}, parts, rooms.scene, rooms.context);
+    const Status refused = moveNodes({move}, parts, rooms.scene);
     ASSERT_FALSE(refused) << move;
     EXPECT_EQ(refused.error().code, ErrorCode::usage);
     EXPECT_NE(refused.error().message.find(named), std::string::npos) << refused.error().message;
@@ -325,7 +325,7 @@ TEST(MoveNodes, refusesWhatItCannotMove) {
   for (const char* wrong : {"node1", "node1=", "node1=1,2", "node1=nan,0,0", "node1=1e9,0,0", "=1,2,3"})
     refuse(wrong, MovedParts::all, "expected");
   refuse("node1=1,2,3", MovedParts::dynamic, "part of the bake");
-  EXPECT_TRUE(moveNodes({"node2=1,2,3"}, MovedParts::dynamic, rooms.scene, rooms.context));
+  EXPECT_TRUE(moveNodes({"node2=1,2,3"}, MovedParts::dynamic, rooms.scene));
   EXPECT_EQ(glm::vec3(rooms.scene.instances[kBall].toWorld[3]), glm::vec3(1, 2, 3));
 }
 

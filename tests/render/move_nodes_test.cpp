@@ -8,7 +8,6 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -51,8 +50,7 @@ Scene sceneOf(const GltfBuilder& b) {
 }
 
 Status moved(const std::vector<std::string>& moves, Scene& scene, MovedParts parts = MovedParts::all) {
-  Context context;
-  return moveNodes(moves, parts, scene, context);
+  return moveNodes(moves, parts, scene);
 }
 
 void expectRefused(const Status& refused, const std::vector<std::string>& words) {
@@ -131,18 +129,6 @@ TEST(MoveNodes, keepsALevelWithinTheBoundsOfAFile) {
   }
   Scene scene = sceneOf(cart({0, 0, 0}));
   expectRefused(moved({"torch=0,1e8,0", "torch=0,1e8,0"}, scene), {"light 'torch' is at", "within 1e+08 m"});
-}
-
-TEST(MoveNodes, tellsAFileThatHasChangedSince) {
-  Scene scene = sceneOf(cart({0, 0, 0}));
-  GltfBuilder other;
-  other.quad();
-  std::filesystem::copy_file(other.write("other.glb"), scene.files.front(),
-                             std::filesystem::copy_options::overwrite_existing);
-  const Status refused = moved({"cart=1,0,0"}, scene);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::io);
-  EXPECT_NE(refused.error().message.find("changed while it was read"), std::string::npos) << refused.error().message;
 }
 
 }  // namespace

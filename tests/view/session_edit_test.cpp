@@ -70,8 +70,7 @@ TEST_F(EditSession, lightFollowsWallsOfABakedLevel) {
   // The same by the command's renderer
   const Scene before = scene();
   Scene now = before;
-  Context moving;
-  ASSERT_TRUE(moveNodes({"living_wall_east=0,-2,0", "hall_wall_west=0,-2,0"}, MovedParts::all, now, moving));
+  ASSERT_TRUE(moveNodes({"living_wall_east=0,-2,0", "hall_wall_west=0,-2,0"}, MovedParts::all, now));
   auto edits = findEdits(before, now);
   ASSERT_TRUE(edits);
   edits->level.live.cells = options_.live.cells;

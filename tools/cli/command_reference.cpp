@@ -128,7 +128,7 @@ int runReference(const ReferenceArguments& arguments) {
   files.read("a file of the scene", scene->files);
   if (Status ok = checkApart(files); !ok) return fail(ok.error());
   if (Status ok = checkDrawnTriangles(*scene); !ok) return fail(ok.error());
-  if (Status ok = moveNodes(arguments.moves, MovedParts::all, *scene, context); !ok) return fail(ok.error());
+  if (Status ok = moveNodes(arguments.moves, MovedParts::all, *scene); !ok) return fail(ok.error());
   if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
 
   const auto driven = readEmissions(arguments.emissions, context);

@@ -251,7 +251,7 @@ int runRender(const RenderArguments& arguments) {
 
   // Cameras and lights move as well: choose them after.
   const MovedParts movable = bake && !before ? MovedParts::dynamic : MovedParts::all;
-  if (Status ok = moveNodes(arguments.moves, movable, *scene, context); !ok) return fail(ok.error());
+  if (Status ok = moveNodes(arguments.moves, movable, *scene); !ok) return fail(ok.error());
   if (Status ok = completeView(arguments.view, *scene, context, *view); !ok) return fail(ok.error());
   setView(*view, request);
   if (bake && !request.sky.isDark() && bake->hierarchy.skyDirection.empty())

@@ -2,7 +2,6 @@
 // --move-node: nodes of a level that stand elsewhere in a picture than in the file.
 #pragma once
 
-#include "relume/bake/context.h"
 #include "relume/bake/scene.h"
 #include "relume/result.h"
 
@@ -20,10 +19,10 @@ void addMoveOption(CLI::App& command, std::vector<std::string>& moves);
 // Which parts may move: all, or those that no bake knows.
 enum class MovedParts { all, dynamic };
 
-// Move the nodes of "NODE=X,Y,Z" by so many metres, all that have the name, with all that is below them in the scene's
-// file: instances, lights, cameras and play volumes. Of a scene without a file, the instances that have the name.
-// usage: another text, a node that has none of these or that the level does not have, one with a part of the bake, a
-// place that no level may have. io: the file is not the one that the scene was read from.
-Status moveNodes(const std::vector<std::string>& moves, MovedParts parts, Scene& scene, Context& context);
+// Move the nodes of "NODE=X,Y,Z" by so many metres, all that have the name, with all that is below them by
+// Scene::nodes: instances, lights, cameras and play volumes. Of a scene without nodes, the instances that have the
+// name. usage: another text, a node that has none of these or that the level does not have, one with a part of the
+// bake, a place that no level may have.
+Status moveNodes(const std::vector<std::string>& moves, MovedParts parts, Scene& scene);
 
 }  // namespace relume

@@ -9,7 +9,7 @@
 #include "bake/caches/grid/refine_grid.h"
 #include "bake/caches/grid/relocate.h"
 #include "bake/caches/grid/see_depths.h"
-#include "bake/caches/lightmap/receiver_sight.h"
+#include "bake/caches/receiver_sight.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

@@ -3,8 +3,8 @@
 #include "bake/caches/lightmap/lightmap_advice.h"
 
 #include "bake/base/parallel.h"
-#include "bake/caches/lightmap/receiver_sight.h"
 #include "bake/caches/lightmap/texel_units.h"
+#include "bake/caches/receiver_sight.h"
 #include "formats/decimal.h"
 #include "relume/bake/context.h"
 #include "relume/bake/options.h"

@@ -126,8 +126,9 @@ struct Camera {
   float znear = 0.01f;  // [m]
   float aspect = 0.0f;  // width / height; 0 = the viewport's
   bool orthographic = false;
-  float yMag = 1.0f;      // [m] half height of an orthographic view
-  bool playSpace = true;  // extras.relume.playSpace: receivers can be where it stands
+  float yMag = 1.0f;                // [m] half height of an orthographic view
+  bool playSpace = true;            // extras.relume.playSpace: receivers can be where it stands
+  std::uint32_t nodeIndex = kNone;  // glTF node
 };
 
 // What the intensities of a file's punctual lights are: W/sr and W/m², or cd and lx, which are kLumensPerWatt as many.
@@ -143,6 +144,7 @@ struct SceneLight {
   glm::vec3 direction{0, 0, -1};  // unit, the way the light travels
   float range = 0.0f;             // [m] 0 = infinite
   float innerConeRad = 0.0f, outerConeRad = 0.785398163f;
+  std::uint32_t nodeIndex = kNone;  // glTF node
 };
 
 // Whether a camera or light is meant by a name: its own, or that of its node.
@@ -154,7 +156,14 @@ bool isCalled(const Item& item, std::string_view name) {
 // A box in which receivers can be: extras.relume {"volume": [x, y, z]} on a node gives its size in the node's axes.
 struct PlayVolume {
   std::string name;
-  glm::mat4 toWorld{1.0f};  // maps the unit cube [-0.5, 0.5]³ to the world
+  glm::mat4 toWorld{1.0f};          // maps the unit cube [-0.5, 0.5]³ to the world
+  std::uint32_t nodeIndex = kNone;  // glTF node
+};
+
+// A node of the level's file: which moves with which.
+struct SceneNode {
+  std::string name{};            // empty = none
+  std::uint32_t parent = kNone;  // glTF node; kNone = a root
 };
 
 struct Scene {
@@ -166,6 +175,7 @@ struct Scene {
   std::vector<Camera> cameras;
   std::vector<SceneLight> lights;
   std::vector<PlayVolume> volumes;
+  std::vector<SceneNode> nodes;     // [Size nodes of the file; 0 where the level has no file] by glTF node: a forest
   std::vector<std::uint8_t> solid;  // [Size triangleCount(), or empty = none] 1 = two-sided, but encloses matter: the
                                     // importer finds them
   LightUnit lightUnit = LightUnit::radiometric;  // of the file; `lights` are radiometric

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // See receiver_sight.h.
-#include "bake/caches/lightmap/receiver_sight.h"
+#include "bake/caches/receiver_sight.h"
 
 #include "bake/base/parallel.h"
 
