@@ -5,9 +5,9 @@
 
 #include <glm/gtc/type_ptr.hpp>
 
-#include <cstddef>
 #include <span>
 #include <string>
+#include <vector>
 
 struct relume_edit_blend : relume::c::Handle {
   relume_edit_blend(std::shared_ptr<relume::c::Host> shared, relume::EditBlend created)
@@ -23,9 +23,6 @@ using relume::Result;
 using relume::Status;
 using namespace relume::c;
 
-static_assert(sizeof(relume_edit_box) == sizeof(relume::EditBounds) &&
-              offsetof(relume_edit_box, max) == offsetof(relume::EditBounds, max));
-
 }  // namespace
 
 relume_status relume_edit_blend_create(relume_context* context, const relume_edit_blend_desc* desc,
@@ -34,8 +31,11 @@ relume_status relume_edit_blend_create(relume_context* context, const relume_edi
     relume_edit_blend_desc read{};
     if (Status ok = readStruct(desc, sizeof read.struct_size + 1, "desc", read); !ok) return ok;
     if (read.boxes == nullptr && read.box_count > 0) return nullPointer("desc.boxes");
-    const std::span<const relume::EditBounds> boxes(reinterpret_cast<const relume::EditBounds*>(read.boxes),
-                                                    read.box_count);
+    std::vector<relume::EditBounds> boxes;
+    boxes.reserve(read.box_count);
+    for (std::size_t i = 0; i < read.box_count; ++i)
+      boxes.push_back(
+          {vec3(read.boxes[i].min), vec3(read.boxes[i].max), read.box_reaches == nullptr ? 0.0f : read.box_reaches[i]});
     Result<relume::EditBlend> made = relume::EditBlend::create(boxes, {read.voxel, read.reach, read.fade});
     if (!made) return made.error();
     *blend = makeHandle<relume_edit_blend>(context->host, std::move(*made)).release();

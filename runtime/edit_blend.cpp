@@ -38,7 +38,9 @@ bool isBox(const EditBounds& box) {
          box.min.y <= box.max.y && box.min.z <= box.max.z;
 }
 
-EditBounds joined(const EditBounds& a, const EditBounds& b) { return {glm::min(a.min, b.min), glm::max(a.max, b.max)}; }
+EditBounds joined(const EditBounds& a, const EditBounds& b) {
+  return {glm::min(a.min, b.min), glm::max(a.max, b.max), std::max(a.reach, b.reach)};
+}
 
 float diagonal(const EditBounds& box) { return glm::distance(box.min, box.max); }
 
@@ -70,12 +72,14 @@ Result<EditBlend> EditBlend::create(std::span<const EditBounds> changed, const E
   for (std::size_t i = 0; i < changed.size(); ++i) {
     if (!isBox(changed[i]))
       return editError("box " + std::to_string(i) + " is not finite, within 1e8 m and right side out");
+    if (!isLength(changed[i].reach))
+      return editError("box " + std::to_string(i) + " has reach " + decimal(changed[i].reach) + " m, 0..1e8 expected");
   }
   EditBlend blend;
   blend.voxel_ = options.voxel;
   for (const EditBounds& box : fewBoxes(changed)) {
     const float chosen = std::max(0.5f * kEditReach * diagonal(box), kLeastVoxels * options.voxel);
-    const float reach = options.reach > 0.0f ? options.reach : chosen;
+    const float reach = std::max(options.reach > 0.0f ? options.reach : chosen, box.reach);
     const float fade = std::max(options.fade > 0.0f ? options.fade : reach, 1e-6f);
     blend.boxes_.emplace_back(box.min, reach);
     blend.boxes_.emplace_back(box.max, 1.0f / fade);

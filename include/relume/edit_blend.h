@@ -30,6 +30,8 @@ inline constexpr std::uint32_t kMaxEditBoxes = 32;
 // The box of a part in the world, where it was or where it is. [m]
 struct EditBounds {
   glm::vec3 min{0.0f}, max{0.0f};
+  // [0..1e8] as far as this at least its change counts in full: of a part that emits, as far as its light goes.
+  float reach = 0.0f;
 };
 
 struct EditBlendOptions {
@@ -55,7 +57,8 @@ inline constexpr EditShare kEditedPart{1.0f, 1.0f};
 class EditBlend {
  public:
   // Boxes beyond kMaxEditBoxes are joined, those first that grow least. usage: a box that is not finite, within 1e8 m
-  // and right side out, named by its index; an option out of its range. memory: it ran out.
+  // and right side out, or its reach is out of its range, named by its index; an option out of its range. memory: it
+  // ran out.
   static Result<EditBlend> create(std::span<const EditBounds> changed, const EditBlendOptions& options = {});
   EditBlend() = default;  // nothing has changed
 

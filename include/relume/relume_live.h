@@ -144,6 +144,9 @@ typedef struct relume_edit_blend_desc {
   float voxel; /* [m] (0..1e8] of both lights: the longest side of their box / (4 relume_live_desc.cells); no default */
   float reach; /* [m] [0..1e8] how far from a box its change counts in full; 0 = by the box's size */
   float fade;  /* [m] [0..1e8] within which it fades beyond that; 0 = as wide as the reach */
+  /* [Size box_count] [m] [0..1e8] of each box, as far as which its change counts in full at least: of a part that
+   * emits, as far as its light goes. NULL = 0 for all; read by relume_edit_blend_create() alone */
+  const float* box_reaches;
 } relume_edit_blend_desc;
 
 /* RELUME_ERROR_USAGE: a box that is not finite and right side out, named by its index, a length out of its range. The

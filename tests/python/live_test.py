@@ -171,6 +171,8 @@ class Edits(unittest.TestCase):
         boxes, voxel = self.blend.uniforms()
         numpy.testing.assert_allclose(boxes, [(3.9, 0, 0, 1), (4.1, 3, 4, 1)], rtol=1e-6)
         self.assertEqual(voxel, 0.125)
+        far = relume.EditBlend([[(0, 0, 0), (1, 1, 1)]] * 2, 0.1, reach=1, box_reaches=[0, 40])
+        self.assertEqual(far.share([(40, 0, 0)])[0, 0], 1)
         nothing = relume.EditBlend([], 0.1)
         self.assertEqual(nothing.uniforms()[0].shape, (0, 4))
         self.assertFalse(nothing.share([UP]).any())
@@ -180,7 +182,9 @@ class Edits(unittest.TestCase):
                            ('voxel', lambda: relume.EditBlend([], 0))):
             with self.assertRaisesRegex(relume.RelumeError, text):
                 call()
-        for text, call in (('boxes', lambda: relume.EditBlend([UP], 0.1)), ('shares', lambda: self.blend.irradiance([UP], [UP], [UP], [UP])),
+        for text, call in (('boxes', lambda: relume.EditBlend([UP], 0.1)),
+                           ('box_reaches', lambda: relume.EditBlend([[UP, UP]], 0.1, box_reaches=[1, 2])),
+                           ('shares', lambda: self.blend.irradiance([UP], [UP], [UP], [UP])),
                            ('one length', lambda: self.blend.irradiance([(0, 0)], [UP], [UP, UP], [UP]))):
             with self.assertRaisesRegex(ValueError, text):
                 call()

@@ -12,8 +12,10 @@
 #endif
 
 #include <gtest/gtest.h>
+#include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -42,12 +44,13 @@ Scene twoRooms() {
 
 // The level that was baked, the one that it has become, and the old bake read by that.
 struct Edited {
-  Scene before = twoRooms(), now;
+  Scene before, now;
   Bake bake;
   FoundEdits edits;
   RenderRequest request;
 
-  explicit Edited(Scene edited) : now(std::move(edited)), bake(test::bakeDraft(before)) {
+  explicit Edited(Scene edited, Scene baked = twoRooms())
+      : before(std::move(baked)), now(std::move(edited)), bake(test::bakeDraft(before)) {
     auto found = findEdits(before, now);
     EXPECT_TRUE(found) << found.error().message;
     edits = std::move(*found);
@@ -56,6 +59,7 @@ struct Edited {
     request.edited = &edits.level;
     edits.level.live.cells = 16;
     request.lights = now.lights;
+    request.emissive = true;
     request.width = 64;
     request.height = 40;
     request.samples = 1;
@@ -108,6 +112,31 @@ Scene withMovedWall() {
   return scene;
 }
 
+// A bulb is all the light that the room has.
+Scene withBulb() {
+  Scene scene = twoRooms();
+  scene.lights.clear();
+  const std::uint32_t glowing = test::addMaterial(scene, glm::vec3(0.5f), glm::vec3(300.0f));
+  addInstance(scene, box({-3.6f, 2.0f, -1.6f}, {-3.4f, 2.2f, -1.4f}, false, glowing));
+  finish(scene);
+  return scene;
+}
+
+// A ground that is a hundred times as wide, below the rooms, which are what is played in.
+Scene onGround(Scene scene) {
+  addInstance(scene, box({-500, -3, -500}, {500, -2, 500}, false, 0));
+  finish(scene);
+  scene.volumes.push_back({"rooms", glm::scale(glm::translate(glm::mat4(1), {0, 2, 0}), {7.8f, 3.8f, 3.8f})});
+  return scene;
+}
+
+double indirectOf(const RenderedFrame& frame) {
+  double sum = 0.0;
+  for (const glm::vec3& light : composeAov(frame, Aov::indirect))
+    sum += static_cast<double>(light.x + light.y + light.z);
+  return sum;
+}
+
 // The dark room behind a wall that is no longer there.
 TEST(EditedLight, errsLessWhereAWallWasTakenAway) {
   Edited level(withoutWall());
@@ -124,6 +153,23 @@ TEST(EditedLight, errsLessWhereAWallWasMoved) {
   const double stale = level.error(level.draw("left", false), "left"),
                blended = level.error(level.draw("left"), "left");
   EXPECT_LT(blended, 0.35 * stale) << stale;
+}
+
+// The light of a part that emits goes farther than what it hides.
+TEST(EditedLight, goesWithAnEmitterThatWasTakenAway) {
+  Scene dark = twoRooms();
+  dark.lights.clear();
+  Edited level(std::move(dark), withBulb());
+  const double stale = indirectOf(level.draw("left", false));
+  ASSERT_GT(stale, 0.0);
+  EXPECT_LT(indirectOf(level.draw("left")), 0.1 * stale);
+  level.edits.level.blend.reach = 0.5f;
+  EXPECT_GT(indirectOf(level.draw("left")), 0.5 * stale) << "a reach that is asked for holds";
+}
+
+TEST(EditedLight, liesAboutThePlayVolumesOfAVastLevel) {
+  Edited rooms(withMovedWall()), vast(onGround(withMovedWall()), onGround(twoRooms()));
+  EXPECT_NEAR(indirectOf(vast.draw("left")) / indirectOf(rooms.draw("left")), 1.0, 0.1);
 }
 
 TEST(EditedLight, isTheBakesToTheBitFarFromTheEdit) {
@@ -196,6 +242,12 @@ TEST(FindEdits, tellsEditsFromWhatMoves) {
   ASSERT_TRUE(added);
   EXPECT_EQ(added->level.isChanged, (std::vector<std::uint8_t>{0, 1, 0, 1}));
   EXPECT_EQ(added->level.bounds.back().max, glm::vec3(3.5f, 1, 1.5f));
+  EXPECT_EQ(added->level.bounds.back().reach, 0.0f);
+
+  // Whose light goes through all of the level.
+  const auto bulb = findEdits(twoRooms(), withBulb());
+  ASSERT_TRUE(bulb);
+  EXPECT_FLOAT_EQ(bulb->level.bounds.back().reach, std::sqrt(8.0f * 8.0f + 4.0f * 4.0f + 4.0f * 4.0f));
 }
 
 }  // namespace

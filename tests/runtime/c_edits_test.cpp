@@ -46,6 +46,17 @@ class CEdits : public testing::Test {
   relume_edit_blend* blend_ = nullptr;
 };
 
+TEST_F(CEdits, boxesReachAsFarAsTheySay) {
+  const std::array<float, 2> reaches{0.0f, 9.0f};
+  desc_.box_reaches = reaches.data();
+  ASSERT_NO_FATAL_FAILURE(makeBlend());
+  const std::array<float, 6> positions{-5, 0, 0, 12, 0, 0};
+  std::array<float, 4> shares{};
+  ASSERT_EQ(relume_edit_blend_share(blend_, 2, positions.data(), shares.data()), RELUME_OK);
+  EXPECT_EQ(shares[0], 1.0f) << "of the second box, eight metres off";
+  EXPECT_EQ(shares[2], 1.0f);
+}
+
 TEST_F(CEdits, sharesAndLightAreTheCppApis) {
   ASSERT_NO_FATAL_FAILURE(makeBlend());
   const auto same = EditBlend::create(std::vector<EditBounds>{{{0, 0, 0}, {1, 2, 1}}, {{3, 0, 0}, {4, 2, 1.5f}}},

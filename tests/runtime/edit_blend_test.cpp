@@ -64,6 +64,18 @@ TEST(EditBlends, reachFollowsThePartAndTheVoxels) {
 }
 
 // A step of a millimetre changes no more than the steepest of both curves, 1.5 over their widths.
+// Of a part that emits, also where its box is joined with others.
+TEST(EditBlends, reachIsThatOfTheBoxAtLeast) {
+  std::vector<EditBounds> boxes{{{0, 0, 0}, {0.1f, 0.1f, 0.1f}, 20.0f}};
+  EXPECT_EQ(madeEdit(boxes).share({19, 0, 0}).change, 1.0f);
+  EXPECT_EQ(madeEdit(boxes, {.voxel = 0.1f}).share({19, 0, 0}).change, 1.0f);
+  boxes.front().reach = 1.0f;
+  EXPECT_EQ(madeEdit(boxes).share({2, 0, 0}).change, 1.0f) << "the options' is farther";
+  boxes.assign(kMaxEditBoxes + 1, {{0, 0, 0}, {0, 0, 0}});
+  boxes.back().reach = 20.0f;
+  EXPECT_EQ(madeEdit(boxes).share({19, 0, 0}).change, 1.0f);
+}
+
 TEST(EditBlends, sharesAreContinuous) {
   const EditBlend blend = madeEdit({{{0, 0, 0}, {1, 2, 3}}, {{4, 0, 0}, {4.5f, 1, 1}}, {{1, 1, 1}, {1, 1, 1}}});
   std::mt19937 random(1);
@@ -130,6 +142,8 @@ TEST(EditBlends, refuseWhatIsNoBoxOrNoLength) {
   expectEditRefused({{0, 0, 0}, {1, infinity, 1}}, kMetres, "box 2");
   expectEditRefused({{0, 0, 2}, {1, 1, 1}}, kMetres, "box 2");
   expectEditRefused({{0, 0, 0}, {1, 1, 2e8f}}, kMetres, "box 2");
+  expectEditRefused({{0, 0, 0}, {1, 1, 1}, -1.0f}, kMetres, "box 2 has reach");
+  expectEditRefused({{0, 0, 0}, {1, 1, 1}, nan}, kMetres, "box 2 has reach");
   expectEditRefused(box, {.voxel = 0.0f}, "voxel");
   expectEditRefused(box, {.voxel = nan}, "voxel");
   expectEditRefused(box, {.voxel = 0.1f, .reach = -1.0f}, "reach");

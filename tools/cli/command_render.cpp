@@ -320,7 +320,7 @@ void addRenderCommand(CLI::App& app, Action& action) {
   command
       ->add_option("--edit-reach", a->edit.reach,
                    "metres from such a part within which its change counts in full, with --edited-from; 0 = three "
-                   "times half of its diagonal, two cells at least")
+                   "times half of its diagonal, two cells at least, and of a part that emits the whole level")
       ->check(numberFrom(0.0, kMaxLevelCoordinate))
       ->capture_default_str();
   command

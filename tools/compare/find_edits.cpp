@@ -3,6 +3,7 @@
 #include "tools/compare/find_edits.h"
 
 #include "relume/bake/provenance.h"
+#include "tools/render/drive_scene.h"
 #include "tools/render/scene_bounds.h"
 
 #include <map>
@@ -11,9 +12,9 @@
 namespace relume {
 namespace {
 
-void addBounds(const Scene& scene, const Instance& instance, std::vector<EditBounds>& bounds) {
+void addBounds(const Scene& scene, const Instance& instance, float levelReach, std::vector<EditBounds>& bounds) {
   const SceneBounds box = boundsOf(scene, instance);
-  if (!box.empty) bounds.push_back({box.min, box.max});
+  if (!box.empty) bounds.push_back({box.min, box.max, isDrivable(scene.material(instance)) ? levelReach : 0.0f});
 }
 
 }  // namespace
@@ -26,6 +27,7 @@ Result<FoundEdits> findEdits(const Scene& before, const Scene& now) {
 
   FoundEdits found{{before, std::vector<std::uint8_t>(now.instances.size(), 0), {}, {}, {}}, {}};
   std::vector<std::uint8_t> isKept(before.instances.size(), 0);
+  const float reach = diagonal(joined(boundsOf(before), boundsOf(now)));
   for (std::size_t i = 0; i < now.instances.size(); ++i) {
     const Instance& instance = now.instances[i];
     const auto there = at.find(keysNow[i]);
@@ -38,13 +40,13 @@ Result<FoundEdits> findEdits(const Scene& before, const Scene& now) {
     std::vector<PartChange> changes;
     if (!isNew && partsBefore[there->second].contentHash == partsNow[i].contentHash) continue;
     found.level.isChanged[i] = 1;
-    addBounds(now, instance, found.level.bounds);
-    if (!isNew) addBounds(before, before.instances[there->second], found.level.bounds);
+    addBounds(now, instance, reach, found.level.bounds);
+    if (!isNew) addBounds(before, before.instances[there->second], reach, found.level.bounds);
   }
   for (std::size_t i = 0; i < before.instances.size(); ++i) {
     if (isKept[i] != 0) continue;
     if (before.instances[i].baked())
-      addBounds(before, before.instances[i], found.level.bounds);
+      addBounds(before, before.instances[i], reach, found.level.bounds);
     else
       found.level.before.instances[i].mode = BakeMode::ignore;
   }

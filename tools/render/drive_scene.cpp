@@ -64,8 +64,6 @@ Image sceneImage(const DrivenMaterial& driven, float unit) {
   return image;
 }
 
-bool isDrivable(const Material& m) { return m.drivable || m.emission != glm::vec3(0.0f); }
-
 std::string drivableNames(const Scene& scene) {
   std::string names;
   for (const Material& m : scene.materials) {
@@ -125,6 +123,8 @@ std::vector<std::string> emissionFiles(const std::vector<std::string>& texts) {
   }
   return files;
 }
+
+bool isDrivable(const Material& m) { return m.drivable || m.emission != glm::vec3(0.0f); }
 
 Result<std::vector<DrivenMaterial>> readEmissions(const std::vector<std::string>& texts, Context& context) {
   const MemoryCheck fits = [&context](double bytes, const std::string& what) {

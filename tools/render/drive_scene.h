@@ -28,6 +28,9 @@ struct DrivenMaterial {
   std::vector<glm::vec3> image;         // [W/m²/sr] row 0 on top
 };
 
+// Whether it emits, or may be made to (relume/emitters.h).
+bool isDrivable(const Material& material);
+
 void addEmissionOption(CLI::App& command, std::vector<std::string>& texts);
 
 // Files that the texts name, for checks of what is read and written.

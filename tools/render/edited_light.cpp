@@ -4,21 +4,35 @@
 
 #include "tools/render/scene_bounds.h"
 
-#include <glm/common.hpp>
-
 #include <algorithm>
+#include <optional>
+#include <vector>
 
 namespace relume {
+namespace {
+
+// One box for both levels, so that they err alike: the parts of them that are played in, or all of both.
+void chooseBox(const Scene& before, const Scene& now, LiveRequest& live) {
+  const std::optional<SceneBounds> partBefore = livePartOf(before), partNow = livePartOf(now);
+  live.box = joined(partBefore ? *partBefore : boundsOf(before), partNow ? *partNow : boundsOf(now));
+  live.roams = partBefore || partNow;
+}
+
+// What a reach that is asked for, or a picture without their light, leaves of parts that emit.
+std::vector<EditBounds> boundsFor(const EditedLevel& level, bool drawsEmission) {
+  std::vector<EditBounds> bounds = level.bounds;
+  if (drawsEmission && level.blend.reach == 0.0f) return bounds;
+  for (EditBounds& box : bounds) box.reach = 0.0f;
+  return bounds;
+}
+
+}  // namespace
 
 Result<EditedLight> lightEdited(const RayTracer& tracer, const RenderRequest& request, Context& context) {
   const EditedLevel& level = *request.edited;
-  // One grid for both, so that they err alike
   RenderRequest live = request;
   live.live = level.live;
-  const SceneBounds before = boundsOf(level.before), after = boundsOf(tracer.scene());
-  live.live->box = before.empty ? after : before;
-  if (!before.empty && !after.empty)
-    live.live->box = SceneBounds{glm::min(before.min, after.min), glm::max(before.max, after.max), false};
+  chooseBox(level.before, tracer.scene(), *live.live);
   live.voxels = false;
 
   auto litBefore = lightLive(tracer, live, context, &level.before);
@@ -27,7 +41,7 @@ Result<EditedLight> lightEdited(const RayTracer& tracer, const RenderRequest& re
   if (!litAfter) return litAfter.error();
   EditBlendOptions options = level.blend;
   options.voxel = litAfter->voxels.volume().grid().voxel;
-  auto blend = EditBlend::create(level.bounds, options);
+  auto blend = EditBlend::create(boundsFor(level, request.drawsEmission()), options);
   if (!blend) return blend.error();
   return EditedLight{std::move(*blend), std::move(*litBefore), std::move(*litAfter), &level};
 }

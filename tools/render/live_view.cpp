@@ -244,7 +244,7 @@ Result<NestedVolumes> voxeliseScene(const Scene& scene, const SceneVolumes& want
   NestedOptions options;
   options.outermost.boxMin = bounds.min;
   options.outermost.boxMax = bounds.max;
-  options.outermost.roams = part && !wanted.box;  // what lies beyond is lit by the sky alone
+  options.outermost.roams = part && (!wanted.box || wanted.roams);  // what lies beyond is lit by the sky alone
   options.outermost.cells = wanted.cells;
   options.outermost.parallelFor = parallelFor;
   options.cascades = wanted.cascades;
@@ -255,7 +255,7 @@ Result<NestedVolumes> voxeliseScene(const Scene& scene, const SceneVolumes& want
   const auto pieces = VoxelScene::create(scene, kVoxels * voxel, context, part ? &bounds : nullptr);
   if (!pieces) return pieces.error();
   auto volumes = NestedVolumes::create(pieces->geometry(), options);
-  if (volumes && !part) warnOfFarParts(scene, bounds, *volumes, context);
+  if (volumes && !options.outermost.roams) warnOfFarParts(scene, bounds, *volumes, context);
   if (volumes && volumes->stats().dropped > 0)
     context.message(Severity::warning, std::to_string(volumes->stats().dropped) + " of " +
                                            std::to_string(volumes->stats().occupied) +
@@ -265,7 +265,7 @@ Result<NestedVolumes> voxeliseScene(const Scene& scene, const SceneVolumes& want
 
 Result<VoxelView> darkVoxels(const Scene& scene, const RenderRequest& request, Context& context) {
   const SceneVolumes wanted{request.live->cells, request.live->cascades, CameraRays(request.camera, 1, 1).origin,
-                            request.live->box};
+                            request.live->box, request.live->roams};
   auto volumes = voxeliseScene(scene, wanted, contextParallelFor(context), context);
   if (!volumes) return volumes.error();
   VoxelView view{std::move(*volumes), NestedMips(request.live->directions)};

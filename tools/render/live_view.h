@@ -65,6 +65,7 @@ struct SceneVolumes {
   std::uint32_t cells = 32, cascades = 1;
   std::optional<glm::vec3> eyeWorld{};
   std::optional<SceneBounds> box{};  // empty = livePartOf() the scene, or all of it
+  bool roams = false;                // the box: more of the level lies beyond it
 };
 Result<NestedVolumes> voxeliseScene(const Scene& scene, const SceneVolumes& wanted, const ParallelFor& parallelFor,
                                     Context& context);

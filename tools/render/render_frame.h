@@ -66,6 +66,7 @@ struct LiveRequest {
   RadianceMips::Directions directions = RadianceMips::Directions::six;  // of what cones read
   std::optional<RsmRequest> rsm{};                                      // in place of rays through lit voxels
   std::optional<SceneBounds> box{};                                     // that is voxelised; empty = the scene's
+  bool roams = false;                                                   // the box: more of the level lies beyond it
   bool lit = true;             // false: what is wanted does not depend on light, so the voxels stay dark
   std::uint32_t cascades = 1;  // [1..4] volumes in one another about the camera
 };

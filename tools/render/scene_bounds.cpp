@@ -51,6 +51,13 @@ SceneBounds boundsOf(const Scene& scene, const Instance& instance) {
   return bounds;
 }
 
+SceneBounds joined(const SceneBounds& a, const SceneBounds& b) {
+  if (a.empty || b.empty) return a.empty ? b : a;
+  return {glm::min(a.min, b.min), glm::max(a.max, b.max), false};
+}
+
+float diagonal(const SceneBounds& bounds) { return glm::distance(bounds.min, bounds.max); }
+
 float longestSide(const SceneBounds& bounds) {
   const glm::vec3 size = bounds.max - bounds.min;
   return std::max({size.x, size.y, size.z});

@@ -20,7 +20,9 @@ SceneBounds boundsOf(const Scene& scene, const Instance& instance);
 // The part of a level where light without a bake is wanted, of one that is much wider than its play volumes (a house on
 // a ground of kilometres): what lies within their longest side of them. Nothing = all of it.
 std::optional<SceneBounds> livePartOf(const Scene& scene);
+SceneBounds joined(const SceneBounds& a, const SceneBounds& b);
 float longestSide(const SceneBounds& bounds);  // [m]
+float diagonal(const SceneBounds& bounds);     // [m]
 // [m²] Of what of a triangle lies in a box.
 double areaWithin(const SceneBounds& box, const std::array<glm::vec3, 3>& triangle);
 

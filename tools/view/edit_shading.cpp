@@ -2,6 +2,7 @@
 // See edit_shading.h.
 #include "tools/view/edit_shading.h"
 
+#include "tools/render/drive_scene.h"
 #include "tools/render/scene_bounds.h"
 
 #include <algorithm>
@@ -24,15 +25,18 @@ std::size_t EditShading::edited(const ViewState& state) const {
 
 // Where the edits count: about where objects were and where they are.
 Status EditShading::place(const ViewState& state) {
+  const float levelReach = diagonal(boundsOf(level_->scene));
   std::vector<EditBounds> bounds;
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     if (!isEdited(state, k)) continue;
     const glm::vec3 by = state.objects[k].position - state.objects[k].home;
     for (std::uint32_t i = 0; i < nodes_[k].instanceCount; ++i) {
-      const SceneBounds box = boundsOf(level_->scene, level_->scene.instances[nodes_[k].firstInstance + i]);
+      const Instance& instance = level_->scene.instances[nodes_[k].firstInstance + i];
+      const SceneBounds box = boundsOf(level_->scene, instance);
       if (box.empty) continue;
-      bounds.push_back({box.min, box.max});
-      bounds.push_back({box.min + by, box.max + by});
+      const float reach = isDrivable(level_->scene.material(instance)) ? levelReach : 0.0f;
+      bounds.push_back({box.min, box.max, reach});
+      bounds.push_back({box.min + by, box.max + by, reach});
     }
   }
   EditBlendOptions options;

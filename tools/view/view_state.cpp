@@ -5,6 +5,7 @@
 #include "relume/bake/context.h"
 #include "tools/gl_scene/gl_level.h"
 #include "tools/render/default_view.h"
+#include "tools/render/drive_scene.h"
 #include "tools/render/read_sky_map.h"
 #include "tools/render/render_frame.h"
 #include "tools/render/view_options.h"
@@ -100,7 +101,7 @@ std::vector<ViewedEmitter> emittersOf(const Scene& scene, const std::vector<Driv
     const auto found = std::find_if(driven.begin(), driven.end(), named);
     if (found != driven.end()) {
       emitters.push_back({material.name, true, found->radiance, found->width, found->height, found->image});
-    } else if (material.drivable || material.emission != glm::vec3(0.0f)) {
+    } else if (isDrivable(material)) {
       emitters.push_back({material.name, false, material.emission, 0, 0, {}});
     }
   }

@@ -135,7 +135,7 @@ class EditBox(Structure):
 
 class EditBlendDesc(Structure):
     _fields_ = [('struct_size', c_size_t), ('boxes', POINTER(EditBox)), ('box_count', c_size_t), ('voxel', c_float),
-                ('reach', c_float), ('fade', c_float)]
+                ('reach', c_float), ('fade', c_float), ('box_reaches', POINTER(c_float))]
 
 
 class EditBlendInfo(Structure):

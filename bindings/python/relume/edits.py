@@ -29,12 +29,13 @@ class EditBlend(Handle):
 
     boxes: [m] (n, 2, 3), least and greatest corner of each changed part where it was and where it is. voxel: [m] of both lights,
     the longest side of their box / (4 cells). reach: [m] how far from a box its change counts in full; 0 = by the box's size.
-    fade: [m] within which it fades beyond that; 0 = as wide as the reach.
+    fade: [m] within which it fades beyond that; 0 = as wide as the reach. box_reaches: [m] (n,), as far as which the change of each
+    box counts in full at least: of a part that emits, as far as its light goes.
     RelumeError: a box that is not finite and right side out, a length out of its range."""
     _destroy = staticmethod(runtime.relume_edit_blend_destroy)
     _error = staticmethod(runtime.relume_edit_blend_error)
 
-    def __init__(self, boxes: ArrayLike, voxel: float, reach: float = 0.0, fade: float = 0.0):
+    def __init__(self, boxes: ArrayLike, voxel: float, reach: float = 0.0, fade: float = 0.0, box_reaches: ArrayLike | None = None):
         array = numpy.ascontiguousarray(boxes, dtype=numpy.float32)
         if array.size and (array.ndim != 3 or array.shape[1:] != (2, 3)):
             raise ValueError(f'boxes: shape (n, 2, 3) expected, {array.shape} found')
@@ -42,6 +43,11 @@ class EditBlend(Handle):
         desc = EditBlendDesc(struct_size=sizeof(EditBlendDesc), voxel=voxel, reach=reach, fade=fade)
         desc.boxes = (EditBox * len(array)).from_buffer_copy(array)
         desc.box_count = len(array)
+        if box_reaches is not None:
+            reaches = numpy.ascontiguousarray(box_reaches, dtype=numpy.float32)
+            if reaches.shape != (len(array),):
+                raise ValueError(f'box_reaches: shape ({len(array)},) expected, {reaches.shape} found')
+            desc.box_reaches = pointer(reaches)
         self._create(self._context, runtime.relume_edit_blend_create, byref(desc))
 
     def share(self, positions: ArrayLike, out: Floats | None = None) -> Floats:
