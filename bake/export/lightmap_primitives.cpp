@@ -286,6 +286,7 @@ class Maker {
     attributes["TEXCOORD_" + std::to_string(sets_.front)] = addCoordinates(document_, split.front);
     const bool back = std::any_of(split.back.begin(), split.back.end(), [](std::uint32_t b) { return b != kGridLit; });
     if (back) attributes["TEXCOORD_" + std::to_string(sets_.back())] = addCoordinates(document_, split.back);
+    nameSets(primitive, sets_, back);
     out.backs |= back;
   }
 
@@ -332,6 +333,14 @@ TexcoordSets chooseSets(const json& root) {
   const auto isTaken = [&](int set) { return taken.contains("TEXCOORD_" + std::to_string(set)); };
   while (isTaken(sets.front) || isTaken(sets.back())) ++sets.front;
   return sets;
+}
+
+void nameSets(json& element, TexcoordSets sets, bool back) {
+  json& extras = element["extras"];
+  if (extras.is_null()) extras = json::object();
+  if (!extras.is_object() || (extras.contains("relume") && !extras["relume"].is_object())) return;
+  extras["relume"]["lightmapTexcoord"] = sets.front;
+  if (back) extras["relume"]["backLightmapTexcoord"] = sets.back();
 }
 
 Result<LightmapPrimitives> makeLightmapPrimitives(LevelDocument& document, const Scene& scene, const Lightmap& map,

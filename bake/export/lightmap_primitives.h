@@ -23,6 +23,9 @@ struct TexcoordSets {
 // shader serves.
 TexcoordSets chooseSets(const nlohmann::json& root);
 
+// Name the sets in the extras of a mesh or of a primitive, unless its author has something else there.
+void nameSets(nlohmann::json& element, TexcoordSets sets, bool back);
+
 struct LightmapPrimitives {
   std::map<std::uint32_t, nlohmann::json> ofInstance;  // by the scene's instance; those on the light map
   std::uint64_t vertices = 0;                          // of them, before
@@ -31,9 +34,9 @@ struct LightmapPrimitives {
 };
 
 // Make the primitives of all instances on the light map, and append their accessors to the document: coordinates for
-// each, and where vertices were split, all attributes, morph targets and indices. Draco's come out decoded. The scene
-// must come from loadScene() of the same file, and the map from a bake of it. Errors of the importer; failed: the file
-// is not that of the scene, or cancelled.
+// each, and where vertices were split, all attributes, morph targets and indices. Their extras name the sets. Draco's
+// come out decoded. The scene must come from loadScene() of the same file, and the map from a bake of it. Errors of the
+// importer; failed: the file is not that of the scene, or cancelled.
 Result<LightmapPrimitives> makeLightmapPrimitives(LevelDocument& document, const Scene& scene, const Lightmap& map,
                                                   TexcoordSets sets, Context& context);
 

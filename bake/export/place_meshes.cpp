@@ -80,12 +80,7 @@ class Placer {
       back |= primitive["attributes"].contains("TEXCOORD_" + std::to_string(sets_.back()));
       mesh["primitives"][scene_.instances[i].primitive] = primitive;
     }
-    json& extras = mesh["extras"];
-    if (extras.is_null()) extras = json::object();
-    if (extras.is_object() && (!extras.contains("relume") || extras["relume"].is_object())) {
-      extras["relume"]["lightmapTexcoord"] = sets_.front;
-      if (back) extras["relume"]["backLightmapTexcoord"] = sets_.back();
-    }
+    nameSets(mesh, sets_, back);
     json& all = document_.root["meshes"];
     if (taken_.insert(source).second) {
       all[static_cast<std::size_t>(source)] = std::move(mesh);

@@ -22,7 +22,7 @@ struct PlacedMeshes {
 // Give each node whose instances are on the light map a mesh with the made primitives: the first to need a mesh that no
 // other node draws as it was takes its place, the others get copies behind the last. A node of GPU instances becomes
 // the parent of a node each, before its other children, in their order: the importer meets all instances in the order
-// it did. `mesh.extras.relume.lightmapTexcoord` names the set.
+// it did. The extras of each mesh name the sets of its primitives.
 // Animations of a copied mesh move the copies too. Errors of the importer.
 Result<PlacedMeshes> placeMeshes(LevelDocument& document, const Scene& scene, const LightmapPrimitives& primitives,
                                  TexcoordSets sets);

@@ -57,10 +57,19 @@ TEST(ExportLevel, theBakeIsNamed) {
   EXPECT_EQ(std::stoull(named["sceneHash"].get<std::string>(), nullptr, 16), e.bake.provenance.sceneHash);
   EXPECT_EQ(named["texcoord"], 1);
   EXPECT_EQ(named["width"], e.bake.caches.lightmap.width);
+  const auto setIn = [](const json& element, const char* name) {
+    return element.value(json::json_pointer(std::string("/extras/relume/") + name), 0);
+  };
   for (const json& mesh : e.after["meshes"]) {
-    bool has = false;
-    for (const json& p : mesh["primitives"]) has |= p["attributes"].contains("TEXCOORD_1");
-    EXPECT_EQ(has, mesh.contains("extras") && mesh["extras"]["relume"].value("lightmapTexcoord", 0) == 1);
+    int front = 0, back = 0;
+    for (const json& p : mesh["primitives"]) {
+      front |= setIn(p, "lightmapTexcoord");
+      back |= setIn(p, "backLightmapTexcoord");
+      EXPECT_EQ(setIn(p, "lightmapTexcoord"), p["attributes"].contains("TEXCOORD_1") ? 1 : 0);
+      EXPECT_EQ(setIn(p, "backLightmapTexcoord"), p["attributes"].contains("TEXCOORD_2") ? 2 : 0);
+    }
+    EXPECT_EQ(setIn(mesh, "lightmapTexcoord"), front);
+    EXPECT_EQ(setIn(mesh, "backLightmapTexcoord"), back);
   }
 }
 
@@ -383,11 +392,13 @@ TEST(ExportLevel, primitivesWithoutTextureCoordinatesGetZerosBelowTheMaps) {
 TEST(ExportLevel, setsBeyondAGapStay) {
   GltfBuilder b = madeLevel();
   const std::vector<float> texels = {0.5f, 0.25f, 0.125f, 0.5f, 0.25f, 0.75f, 1.0f, 0.0f};
-  b.quad(
-      {{"attributes", {{"TEXCOORD_2", b.floats(texels, "VEC2")}}}, {"material", b.material({{"doubleSided", true}})}});
+  b.quad({{"attributes", {{"TEXCOORD_2", b.floats(texels, "VEC2")}}},
+          {"material", b.material({{"doubleSided", true}})},
+          {"extras", {{"paint", "oil"}}}});
   const Exported e = test::exportOf(b.write(), someOptions());
   EXPECT_EQ(e.level.texcoord, 3);
   expectCoordinates(e);
+  EXPECT_EQ(e.after["meshes"][e.before["meshes"].size() - 1]["primitives"][0]["extras"]["paint"], "oil");
   Context context;
   const auto document = loadGltfDocument(e.path, context);
   ASSERT_TRUE(document);

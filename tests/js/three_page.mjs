@@ -2,10 +2,10 @@
 // The page of three_test.mjs: the sample level in three.js, lit by relume/three, and its pictures against those of `relume render`.
 import * as THREE from 'three';
 import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
-import {RelumeLoader} from 'relume/three';
-import {loadModule} from 'relume';
+import {lightsOf, RelumeLoader} from 'relume/three';
+import {loadModule, RelumeError} from 'relume';
 
-const kSize = [320, 180];
+const kSize = [320, 180], kSmall = [160, 90];
 
 // A spot of one cone: three's edge is a smoothstep, KHR_lights_punctual's a square.
 function addSpot(scene) {
@@ -16,8 +16,8 @@ function addSpot(scene) {
   scene.add(light, light.target);
 }
 
-async function loadLevel(lights) {
-  const {scene, cameras} = await new GLTFLoader().loadAsync('/work/level_game.glb');
+async function loadLevel(lights, level) {
+  const {scene, cameras} = await new GLTFLoader().loadAsync(`/work/${level}_game.glb`);
   addSpot(scene);
   scene.traverse((object) => {
     if (object.isMesh) object.castShadow = object.receiveShadow = true;
@@ -33,17 +33,78 @@ async function loadLevel(lights) {
   return {scene, cameras};
 }
 
-// The level in a canvas of the page, by one of its cameras.
-async function open(camera, lights, [width, height], antialias) {
-  const renderer = new THREE.WebGLRenderer({antialias});
+// The level in a canvas of the page, by one of its cameras. parameters: of the renderer.
+async function open(camera, lights, [width, height], antialias, {level = 'level', ...parameters} = {}) {
+  const renderer = new THREE.WebGLRenderer({antialias, ...parameters});
   renderer.setSize(width, height);
   renderer.shadowMap.enabled = true;
   document.body.replaceChildren(renderer.domElement);
-  const {scene, cameras} = await loadLevel(lights), view = cameras.find((each) => each.name === camera || each.parent?.name === camera);
+  const {scene, cameras} = await loadLevel(lights, level), view = cameras.find((each) => each.name === camera || each.parent?.name === camera);
   view.aspect = width / height;
   view.updateProjectionMatrix();
   view.updateWorldMatrix(true, false);
   return {renderer, scene, view};
+}
+
+// The same, small, with a small bake.
+async function openLit(camera, light, {wasm = false, level = 'small', ...parameters} = {}) {
+  const {renderer, scene, view} = await open(camera, [light], kSmall, false, {level, ...parameters});
+  const lighting = await new RelumeLoader().loadAsync(`/work/${level}.relume`);
+  lighting.options = {forceFallback: wasm};
+  lighting.applyTo(scene);
+  const target = new THREE.WebGLRenderTarget(...kSmall, {type: THREE.FloatType});
+  const read = (from) => {
+    const pixels = new Float32Array(4 * from.width * from.height);
+    renderer.readRenderTargetPixels(from, 0, 0, from.width, from.height, pixels);
+    return pixels.filter((_, i) => i % 4 < 3);
+  };
+  return {
+    renderer, scene, view, lighting, read,
+    // The same frames from the same start have the same light.
+    frames(count) {
+      lighting.relighter?.reset();
+      for (let i = 0; i < count; ++i) {
+        renderer.render(scene, view);
+        lighting.update(renderer, scene);
+      }
+    },
+    draw(direct, indirect) {
+      lighting.show.set(direct, indirect);
+      renderer.setRenderTarget(target);
+      renderer.render(scene, view);
+      renderer.setRenderTarget(null);
+      return read(target);
+    },
+    ball(options = {}) {
+      const ball = new THREE.Mesh(new THREE.SphereGeometry(0.3, 32, 16), new THREE.MeshLambertMaterial(options));
+      ball.position.copy(view.getWorldPosition(new THREE.Vector3()).addScaledVector(view.getWorldDirection(new THREE.Vector3()), 1.5));
+      return ball;
+    },
+    end() {
+      const error = renderer.getContext().getError();
+      lighting.dispose();
+      target.dispose();
+      renderer.dispose();
+      renderer.forceContextLoss();
+      return error;
+    },
+  };
+}
+
+const sumOf = (values) => values.reduce((sum, v) => sum + v, 0);
+// How much two pictures differ, of the first one's light.
+const differenceOf = (a, b) => a.reduce((sum, v, i) => sum + Math.abs(v - b[i]), 0) / sumOf(a);
+
+// What the page is told on the console in the meantime.
+async function warningsOf(run) {
+  const told = [], {warn} = console;
+  console.warn = (text) => told.push(text);
+  try {
+    await run();
+  } finally {
+    console.warn = warn;
+  }
+  return told;
 }
 
 function eachMaterial(scene, use) {
@@ -205,7 +266,7 @@ window.tests = {
       lighting.show.set(0, 1);
       return lighting;
     };
-    const sumOf = (lighting) => {
+    const lightOf = (lighting) => {
       for (let i = 0; i < 6; ++i) {
         renderer.render(scene, view);
         lighting.update(renderer, scene, {emissionScale: [0, 0, 0]});
@@ -225,9 +286,9 @@ window.tests = {
     const waits = old.relighter === null, restored = event('webglcontextrestored');
     setTimeout(() => renderer.forceContextRestore(), 10);
     await restored;
-    const before = sumOf(old), next = await load();
+    const before = lightOf(old), next = await load();
     old.dispose();
-    const after = sumOf(next), [changed] = own.keys(), mine = new THREE.MeshBasicMaterial();
+    const after = lightOf(next), [changed] = own.keys(), mine = new THREE.MeshBasicMaterial();
     changed.material = mine;
     next.dispose();
     const back = [...own].every(([mesh, material]) => mesh.material === (mesh === changed ? mine : material));
@@ -237,6 +298,163 @@ window.tests = {
       return (await loadModule()).liveBytes;
     };
     return {before, change: after / before - 1, waits, back, meshes: own.size, error: renderer.getContext().getError()};
+  },
+  // Which coordinates are the light map's: a level with a TEXCOORD_1 of its own and extras on its nodes has the light of the one without, also where the
+  // sets are numbered above those that three has names for, and where the mesh alone names them; a ball with a uv1 has that of one without.
+  async coordinates(camera, light) {
+    const plain = await openLit(camera, light);
+    plain.frames(4);
+    const expected = plain.draw(0, 1);
+    plain.end();
+    const lit = await openLit(camera, light, {level: 'small_uv'}), {scene, lighting} = lit, balls = [lit.ball(), lit.ball()];
+    const named = [];
+    scene.traverse((mesh) => mesh.geometry?.userData.relume && named.push(mesh));
+    lit.frames(4);
+    const differences = [differenceOf(expected, lit.draw(0, 1))];
+    for (const change of [
+      ({geometry}) => {
+        geometry.setAttribute('texcoord_4', geometry.attributes.uv2);
+        geometry.deleteAttribute('uv2');
+        geometry.userData.relume.lightmapTexcoord = 4;
+      },
+      ({geometry, userData}) => {
+        userData.relume = geometry.userData.relume;
+        delete geometry.userData.relume;
+      },
+    ]) {
+      lighting.remove(scene);
+      named.forEach(change);
+      lighting.applyTo(scene);
+      differences.push(differenceOf(expected, lit.draw(0, 1)));
+    }
+    balls[1].geometry.setAttribute('uv1', balls[1].geometry.attributes.uv.clone());
+    const [ball, other] = balls.map((each) => {
+      lighting.applyTo(each);
+      scene.add(each);
+      const picture = lit.draw(0, 1);
+      scene.remove(each);
+      return picture;
+    });
+    return {named: named.length, differences, ball: differenceOf(ball, other), shown: differenceOf(ball, lit.draw(0, 1)), error: lit.end()};
+  },
+  // With either way of depth: direct light before update() and after it.
+  async reversed(camera, light, reversedDepthBuffer) {
+    const lit = await openLit(camera, light, {reversedDepthBuffer}), {depth} = lit.renderer.state.buffers;
+    const before = lit.draw(1, 0), was = depth.getReversed();
+    lit.frames(2);
+    return {light: sumOf(before), change: differenceOf(before, lit.draw(1, 0)), reversed: [was, depth.getReversed()], error: lit.end()};
+  },
+  // What the page has set for its pictures leaves the light of the surfels and the probes as it is, and is the page's again after update(), and so are
+  // the renderer's counts.
+  async aside(camera, light) {
+    const lit = await openLit(camera, light), {renderer, scene, view, lighting} = lit, {xr, info} = renderer;
+    const probes = lighting.probes({resolution: new THREE.Vector3(6, 2, 6)}), masks = [];
+    scene.add(probes);
+    scene.traverse(({layers}) => masks.push(layers.mask));
+    lit.frames(1);
+    const lightOf = (around = (update) => update()) => {
+      lighting.relighter.reset();
+      for (let i = 0; i < 2; ++i) {
+        renderer.render(scene, view);
+        for (const target of [lighting.surfels.target, probes.irradiance]) {
+          renderer.setRenderTarget(target);
+          renderer.clear();
+        }
+        renderer.setRenderTarget(null);
+        around(() => lighting.update(renderer, scene));
+      }
+      return [lighting.surfels.target, probes.irradiance].map((target) => sumOf(lit.read(target)));
+    };
+    const changeOf = (light) => Math.max(...light.map((v, i) => Math.abs(v / expected[i] - 1)));
+    const expected = lightOf(), change = {}, kept = {}, masksAfter = [];
+    scene.traverse(({layers}) => masksAfter.push(layers.mask));
+
+    const planes = renderer.clippingPlanes = [new THREE.Plane(new THREE.Vector3(0, -1, 0), 1.2)];
+    change.clipped = changeOf(lightOf());
+    kept.planes = renderer.clippingPlanes === planes && planes.length === 1;
+    renderer.clippingPlanes = [];
+
+    const ball = new THREE.Mesh(new THREE.SphereGeometry(0.1), new THREE.MeshBasicMaterial({color: 0xff0000}));
+    ball.position.z = -1;  // before the surfels' camera
+    ball.layers.enableAll();
+    scene.add(ball);
+    change.layers = changeOf(lightOf());
+    kept.layers = ball.layers.mask === -1 && masksAfter.every((mask, i) => mask === masks[i]);
+    scene.remove(ball);
+
+    // A headset of two cameras, while update() runs.
+    const eyes = new THREE.ArrayCamera([0, 80].map((x) => Object.assign(view.clone(), {viewport: new THREE.Vector4(x, 0, 80, 90)})));
+    Object.assign(xr, {cameraAutoUpdate: false, getCamera: () => eyes, hasDepthSensing: () => false, getDepthSensingMesh: () => null});
+    xr.enabled = true;
+    change.headset = changeOf(lightOf((update) => {
+      xr.isPresenting = true;
+      update();
+      xr.isPresenting = false;
+    }));
+    kept.headset = xr.enabled;
+    xr.enabled = false;
+
+    renderer.render(scene, view);
+    const counts = ({calls, triangles, points, lines}) => [calls, triangles, points, lines].join(), drawn = counts(info.render);
+    lighting.update(renderer, scene);
+    kept.counts = counts(info.render) === drawn && info.autoReset;
+    return {expected, change, kept, error: lit.end()};
+  },
+  // Lights that three takes and the library refuses, by WebAssembly. The render target stays the page's.
+  async fallback(camera, light) {
+    const lit = await openLit(camera, light, {wasm: true}), {renderer, scene, lighting, view} = lit, change = {};
+    const lightOf = (...lights) => {
+      scene.add(...lights);
+      lit.frames(2);
+      for (const each of lights) each.visible = false;
+      return lit.draw(0, 1);
+    };
+    const near = (light) => (light.position.copy(lit.ball().position), light), plain = lightOf(new THREE.Group());
+    const aimless = [new THREE.SpotLight(), new THREE.DirectionalLight()];
+    for (const each of aimless) each.position.set(0, 0, 0);  // where their targets are
+    change.aimless = differenceOf(plain, lightOf(...aimless));
+    change.negative = differenceOf(plain, lightOf(near(new THREE.PointLight(0xffffff, -3))));
+    change.endless = differenceOf(lightOf(near(new THREE.PointLight(0xffffff, 3, 0))), lightOf(near(new THREE.PointLight(0xffffff, 3, Infinity))));
+    const target = new THREE.WebGLRenderTarget(8, 8);
+    renderer.setRenderTarget(target);
+    renderer.render(scene, view);
+    lighting.update(renderer, scene);
+    const held = renderer.getRenderTarget() === target;
+    target.dispose();
+    return {change, held, lights: lightsOf(scene).length, error: lit.end()};
+  },
+  // One lighting for two renderers; what a loader was told; a level that is moved; things that come and go.
+  async host(camera, light) {
+    const lit = await openLit(camera, light), {renderer, scene, view, lighting} = lit, found = {};
+    lit.frames(1);
+    const other = new THREE.WebGLRenderer();
+    try { lighting.update(other, scene); } catch (error) { found.refused = error instanceof RelumeError ? error.message : `${error}`; }
+    found.otherError = other.getContext().getError();
+    other.dispose();
+    other.forceContextLoss();
+
+    const {fetch} = window, loader = new RelumeLoader().setRequestHeader({Authorization: 'Bearer key'}).setWithCredentials(true);
+    window.fetch = (url, options) => (found.asked = [options.headers.Authorization, options.credentials], fetch(url, options));
+    try { (await loader.loadAsync('/work/small.relume')).dispose(); } finally { window.fetch = fetch; }
+
+    const meshes = lighting.meshes.size, materials = lighting.patched.size, ball = lit.ball(), own = ball.material;
+    scene.add(ball);
+    lighting.applyTo(ball);
+    const worn = ball.material !== own;
+    lighting.remove(ball);
+    own.dispose();
+    found.removed = [worn, ball.material === own, lighting.meshes.size - meshes, lighting.patched.size - materials];
+
+    const move = (object) => warningsOf(() => {
+      object.position.x += 20;
+      for (let i = 0; i < 2; ++i) {
+        renderer.render(scene, view);
+        lighting.update(renderer, scene);
+      }
+    });
+    lighting.applyTo(ball);
+    found.warnings = [await move(ball), await move(scene)];
+    return {...found, error: lit.end()};
   },
   // The level with its own materials, all light, and a ball that moves through it.
   async full(camera, lights) {

@@ -4,7 +4,7 @@
 //   node three_test.mjs PACKAGE RELUME LEVEL WORK
 import assert from 'node:assert/strict';
 import {execFileSync, spawnSync} from 'node:child_process';
-import {existsSync, mkdirSync, writeFileSync} from 'node:fs';
+import {existsSync, mkdirSync, readFileSync, writeFileSync} from 'node:fs';
 import path from 'node:path';
 import {fileURLToPath} from 'node:url';
 import {Chromium, needChromium, serve, skip} from './chromium.mjs';
@@ -18,8 +18,22 @@ if (!existsSync(path.join(three, 'build', 'three.module.js'))) {
   const said = spawnSync('npm', ['install', '--no-save', '--no-audit', '--no-fund', '--prefix', work, `three@${kThree}`], {timeout: 60000, encoding: 'utf8'});
   if (said.status !== 0 || !existsSync(three)) skip(`npm gives no three@${kThree}: ${(said.stderr ?? said.error?.message ?? '').trim().split('\n')[0]}`);
 }
-const bake = path.join(work, 'level.relume');
-execFileSync(relume, ['bake', level, '-o', bake, '--preset', 'medium', '--progress', 'none', '--export-glb', path.join(work, 'level_game.glb')], {stdio: 'pipe'});
+// The level with a TEXCOORD_1 of its own, and with extras on its nodes that change nothing.
+function withOwnCoordinates(glb) {
+  const end = 20 + glb.readUInt32LE(12), root = JSON.parse(glb.subarray(20, end));
+  for (const {attributes} of root.meshes.flatMap((mesh) => mesh.primitives)) if ('TEXCOORD_0' in attributes) attributes.TEXCOORD_1 = attributes.TEXCOORD_0;
+  for (const node of root.nodes) if ('mesh' in node) ((node.extras ??= {}).relume ??= {}).texelDensity ??= 1;
+  const text = Buffer.from(JSON.stringify(root)), padded = Buffer.concat([text, Buffer.alloc(-text.length & 3, ' ')]);
+  const out = Buffer.concat([glb.subarray(0, 20), padded, glb.subarray(end)]);
+  out.writeUInt32LE(out.length, 8);
+  out.writeUInt32LE(padded.length, 12);
+  return out;
+}
+const withOwn = path.join(work, 'small_uv.glb'), bake = path.join(work, 'level.relume');
+writeFileSync(withOwn, withOwnCoordinates(readFileSync(level)));
+for (const [from, name, preset] of [[level, 'level', 'medium'], [level, 'small', 'draft'], [withOwn, 'small_uv', 'draft']]) {
+  execFileSync(relume, ['bake', from, '-o', path.join(work, `${name}.relume`), '--preset', preset, '--progress', 'none', '--export-glb', path.join(work, `${name}_game.glb`)], {stdio: 'pipe'});
+}
 
 // Of views, each under one light: stops of exposure that use the picture's 8 bits and clip nothing.
 const kViews = [['cam_living', 'lamp', 0], ['cam_living', 'own', 0], ['cam_living', 'sun', 0]];
@@ -66,6 +80,30 @@ try {
   assert.ok(before > 100 && meshes > 10 && Math.abs(change) < 1e-3, JSON.stringify({before, change, meshes}));
   assert.deepEqual(reloaded, {waits: true, back: true, error: 0});
   assert.ok(await browser.run('tests.clean()') <= 100, 'bytes that nothing gave back');
+  const {named, differences, ball, shown, error} = await browser.run(`tests.coordinates('cam_living', 'lamp')`);
+  console.log(`coordinates: ${JSON.stringify({named, differences, ball, shown, error})}`);
+  assert.ok(named > 10 && differences.every((d) => d < 1e-3) && ball < 1e-3 && shown > 1e-3 && error === 0);
+  for (const reversed of [false, true]) {
+    const depth = await browser.run(`tests.reversed('cam_living', 'sun', ${reversed})`);
+    console.log(`depth ${reversed ? 'reversed' : 'as ever'}: ${JSON.stringify(depth)}`);
+    assert.ok(depth.light > 1 && depth.change < 1e-3);
+    assert.equal(depth.reversed[0], depth.reversed[1]);
+    assert.equal(depth.error, 0);
+  }
+  const aside = await browser.run(`tests.aside('cam_living', 'lamp')`);
+  console.log(`aside: ${JSON.stringify(aside)}`);
+  assert.ok(aside.expected.every((v) => v > 1) && Object.values(aside.change).every((v) => v < 1e-5));
+  assert.deepEqual([aside.kept, aside.error], [{planes: true, layers: true, headset: true, counts: true}, 0]);
+  const fallback = await browser.run(`tests.fallback('cam_living', 'lamp')`);
+  console.log(`lights of the fallback: ${JSON.stringify(fallback)}`);
+  assert.ok(Object.values(fallback.change).every((v) => v < 1e-6));
+  assert.deepEqual([fallback.held, fallback.error], [true, 0]);
+  const {warnings: [quiet, warned], refused, ...host} = await browser.run(`tests.host('cam_living', 'lamp')`);
+  assert.match(refused, /another renderer; load the bake once more/);
+  assert.deepEqual(host, {otherError: 0, asked: ['Bearer key', 'include'], removed: [true, true, 0, 0], error: 0});
+  assert.equal(quiet.length, 0);
+  assert.equal(warned.length, 1);
+  assert.match(warned[0], /moved after applyTo\(\)/);
   const full = await browser.run(`tests.full('cam_living', ['sun', 'lamp'])`);
   writeFileSync(path.join(work, 'full_three.png'), await browser.screenshot());
   assert.equal(full.errors, 0);

@@ -9,7 +9,7 @@ import {GpuRelighter} from './webgl.js';
 
 export {RelumeProbes};
 
-const kLayer = 31;    // of the surfels, and of lights in addition to their own
+const kLayer = 31;    // of the surfels, and while they are drawn of the lights
 const kWidth = 512;   // [texel] rows of surfels
 
 // The host's material of each clone, of all lightings: the last one that is applied to a mesh lights it.
@@ -28,11 +28,71 @@ const instead = (text, chunk, other) => {
   return text.replace(at, other);
 };
 
+// Sets properties of an object, and gives a function that puts back what they were.
+function hold(object, values) {
+  const were = Object.fromEntries(Object.keys(values).map((name) => [name, object[name]]));
+  Object.assign(object, values);
+  return () => Object.assign(object, were);
+}
+
+// renderer.resetState(), without the loss of the reversed depth, which three sets as the renderer is made and never again.
+function resetState(renderer) {
+  const {depth} = renderer.state.buffers, reversed = depth.getReversed?.();
+  renderer.resetState();
+  if (!reversed) return;
+  depth.setReversed(true);
+  depth.setClear(1);  // the farthest, whichever way depth runs
+}
+
+// Runs draw(), which renders into targets of Relume's, and gives the renderer back as it was, with the page's counts. A headset's cameras and a
+// cutaway's planes are not for that, and the shadow maps stay those of the frame that was just drawn.
+function drawAside(renderer, draw) {
+  const {xr, shadowMap, info} = renderer, target = renderer.getRenderTarget();
+  const clearColor = renderer.getClearColor(new THREE.Color()), clearAlpha = renderer.getClearAlpha();
+  const {frame, ...counts} = info.render;  // frame goes on: by its number three tells what it has uploaded
+  const putBack = [
+    hold(renderer, {clippingPlanes: []}), hold(xr, {enabled: false}), hold(shadowMap, {autoUpdate: false, needsUpdate: false}), hold(info, {autoReset: false}),
+  ];
+  try {
+    draw();
+  } finally {
+    for (const each of putBack) each();
+    Object.assign(info.render, counts);
+    renderer.setClearColor(clearColor, clearAlpha);
+    renderer.setRenderTarget(target);
+  }
+}
+
+// Leaves a scene's lights alone in the surfels' layer, and gives a function that puts the layers back.
+function showLightsAlone(scene) {
+  const changed = [];
+  scene.traverse(({layers, isLight, isLightProbeGrid}) => {
+    if (layers.isEnabled(kLayer) === Boolean(isLight && !isLightProbeGrid)) return;
+    layers.toggle(kLayer);
+    changed.push(layers);
+  });
+  return () => changed.forEach((layers) => layers.toggle(kLayer));
+}
+
+// Which attributes of a mesh have the light-map coordinates of its front and of its back, "front" or "front,back", or "grid" where none has.
+// Extras of a glTF's primitive are the geometry's. Older exports name the sets on the mesh alone, where extras of a node hide them.
+function coordinatesOf({geometry, userData, isSkinnedMesh, isInstancedMesh}) {
+  const named = [geometry.userData.relume, userData.relume].find((each) => each?.lightmapTexcoord !== undefined);
+  if (!named || isSkinnedMesh || isInstancedMesh) return 'grid';
+  // As GLTFLoader calls them.
+  const [front, back] = [named.lightmapTexcoord, named.backLightmapTexcoord].map((set) => ['uv', 'uv1', 'uv2', 'uv3'][set] ?? `texcoord_${set}`);
+  if (!geometry.attributes[front]) return 'grid';
+  return geometry.attributes[back] ? `${front},${back}` : front;
+}
+
 export class RelumeLoader extends THREE.Loader {
   load(url, onLoad, onProgress, onError) {
     const full = this.manager.resolveURL(this.path + url);
     this.manager.itemStart(full);
-    loadBake(full, {onProgress: (loaded, total) => onProgress?.({loaded, total, lengthComputable: total > 0})})
+    loadBake(full, {
+      onProgress: (loaded, total) => onProgress?.({loaded, total, lengthComputable: total > 0}),
+      headers: this.requestHeader, credentials: this.withCredentials ? 'include' : 'same-origin',
+    })
         .then((bake) => {
           onLoad(new RelumeLighting(bake));
           this.manager.itemEnd(full);
@@ -52,10 +112,13 @@ export class RelumeLighting {
     this.options = options;
     this.show = new THREE.Vector2(1, 1);  // factors on direct light and on indirect light
     this.patched = new Map();             // [map, grid] variants of a material, by the original
-    this.meshes = new Map();              // {original, worn}: what a mesh had and what it has of ours, by mesh
+    // By mesh: {original, worn, place}: what it had and what it has of ours, and where it was, if it reads the light map.
+    this.meshes = new Map();
     this.relighter = null;
     this.uniforms = {relumeShow: {value: this.show}, relumeGrid: {value: new Float32Array(24)}};
     this.probeGrids = new Set();
+    this.warned = false;  // of a level that was moved
+    this.onDispose = ({target}) => this.unpatch(target);
   }
 
   // A light-probe grid for what applyTo() is not called for: add it to the scene; update() fills it.
@@ -70,22 +133,43 @@ export class RelumeLighting {
   applyTo(object) {
     object.traverse((mesh) => {
       if (!mesh.isMesh || mesh.material === this.meshes.get(mesh)?.worn) return;
-      const set = mesh.userData.relume?.lightmapTexcoord ?? 1, name = set === 0 ? 'uv' : `uv${set}`;
-      const back = mesh.userData.relume?.backLightmapTexcoord;
-      const onMap = Boolean(mesh.geometry.attributes[name]) && !mesh.isSkinnedMesh && !mesh.isInstancedMesh;
-      const kind = onMap ? `${name}${back !== undefined && mesh.geometry.attributes[`uv${back}`] ? `,uv${back}` : ''}` : 'grid';
+      const kind = coordinatesOf(mesh);
       const original = eachOf(mesh.material, (material) => originals.get(material) ?? material);
       const worn = eachOf(original, (material) => this.patch(material, kind));
-      this.meshes.set(mesh, {original, worn});
+      mesh.updateWorldMatrix(true, false);
+      this.meshes.set(mesh, {original, worn, place: kind === 'grid' ? null : mesh.matrixWorld.clone()});
       mesh.material = worn;
     });
     return this;
+  }
+
+  // Puts the host's materials back below, and forgets the meshes.
+  remove(object) {
+    object.traverse((mesh) => this.forget(mesh));
+    return this;
+  }
+  forget(mesh) {
+    const held = this.meshes.get(mesh);
+    if (held && mesh.material === held.worn) mesh.material = held.original;
+    this.meshes.delete(mesh);
+  }
+
+  // Says once that what reads the light map has left its place: its light does not go with it.
+  warnOfMoves() {
+    if (this.warned) return;
+    for (const [mesh, {place}] of this.meshes) {
+      if (!place || place.equals(mesh.matrixWorld)) continue;
+      this.warned = true;
+      console.warn(`relume: "${mesh.name}" was moved after applyTo(), but a level is lit where it was baked; bake what moves as extras.relume.bake: "dynamic"`);
+      return;
+    }
   }
 
   // kind: attributes of the front's and the back's coordinates, or "grid".
   patch(material, kind) {
     if (!(material.isMeshStandardMaterial || material.isMeshLambertMaterial || material.isMeshPhongMaterial)) return material;
     const variants = this.patched.get(material) ?? {};
+    if (!this.patched.has(material)) material.addEventListener('dispose', this.onDispose);
     this.patched.set(material, variants);
     if (variants[kind]) return variants[kind];
     const clone = material.clone(), [front, back] = kind === 'grid' ? [] : kind.split(',');
@@ -136,6 +220,13 @@ export class RelumeLighting {
     return variants[kind] = clone;
   }
 
+  // A material of the host's that goes takes its clones along.
+  unpatch(material) {
+    for (const clone of Object.values(this.patched.get(material))) clone.dispose();
+    this.patched.delete(material);
+    material.removeEventListener('dispose', this.onDispose);
+  }
+
   resolveGlsl() {
     return this.relighter ? this.relighter.resolve.glsl : 'vec3 relumeIrradianceGrid(vec3 p, vec3 n) { return vec3(0.0); }\n' +
         'vec3 relumeIrradianceLightmap(vec2 uv, vec3 n, vec3 g) { return vec3(0.0); }';
@@ -143,13 +234,16 @@ export class RelumeLighting {
 
   // The relighter and its textures for this renderer, before the first frame that uses them; update() does it as well.
   prepare(renderer) {
-    if (this.relighter) return;
     const gl = renderer.getContext(), held = renderer.getRenderTarget();
+    if (this.relighter) {
+      if (this.relighter.gl === gl) return;
+      throw new RelumeError('RelumeLighting: it has its textures in the context of another renderer; load the bake once more for this one', 1);
+    }
     this.relighter = new GpuRelighter(gl, this.bake, {...this.options, keepState: false, onRestored: () => this.takeTextures(renderer)});
     this.glslKey = this.relighter.resolve.glsl.length + this.relighter.resolve.glsl.slice(0, 200);
     this.takeTextures(renderer);
     for (const variants of this.patched.values()) for (const clone of Object.values(variants)) clone.needsUpdate = true;
-    renderer.resetState();
+    resetState(renderer);
     renderer.setRenderTarget(held);
   }
   takeTextures(renderer) {
@@ -160,7 +254,7 @@ export class RelumeLighting {
       (this.uniforms[sampler] ??= {value: null}).value = texture;
     }
     this.uniforms.relumeGrid.value = resolve.grid;
-    renderer.resetState();
+    resetState(renderer);
   }
 
   // The surfels as points that three lights, and where they are drawn.
@@ -198,58 +292,39 @@ export class RelumeLighting {
     if (!this.relighter && renderer.getContext().isContextLost()) return;
     this.prepare(renderer);
     if (this.relighter.lost) return;
-    if (this.relighter.backend === 'wasm') {
-      this.relighter.relight({...setup, lights: lightsOf(scene)});
-      renderer.resetState();
-      return this.updateProbes(renderer);
-    }
+    this.warnOfMoves();
+    drawAside(renderer, () => {
+      const onCpu = this.relighter.backend === 'wasm';
+      const light = onCpu ? {lights: lightsOf(scene)} : {surfelIrradianceTexture: this.drawSurfels(renderer, scene)};
+      try {
+        this.relighter.relight({...setup, ...light});
+      } finally {
+        resetState(renderer);  // as it is after that; three sets what it wants
+      }
+      for (const grid of this.probeGrids) grid.update(renderer);
+    });
+  }
+  // Their direct light, as GpuRelighter.relight() takes it.
+  drawSurfels(renderer, scene) {
     if (!this.surfels) this.makeSurfels();
-    const {points, target, camera} = this.surfels, {background, overrideMaterial} = scene, held = renderer.getRenderTarget();
-    const {autoUpdate, needsUpdate} = renderer.shadowMap, clearColor = renderer.getClearColor(new THREE.Color()), clearAlpha = renderer.getClearAlpha();
-    scene.traverse((object) => object.isLight && !object.isLightProbeGrid && object.layers.enable(kLayer));
+    const {points, target, camera} = this.surfels;
+    const putBack = [showLightsAlone(scene), hold(scene, {background: null, overrideMaterial: null})];
     scene.add(points);
-    scene.background = null;
-    scene.overrideMaterial = null;
-    renderer.shadowMap.autoUpdate = false;  // those of the frame that was just drawn
-    renderer.shadowMap.needsUpdate = false;
     try {
       renderer.setRenderTarget(target);
       renderer.setClearColor(0, 0);
       renderer.render(scene, camera);
     } finally {
-      renderer.setRenderTarget(held);
-      renderer.setClearColor(clearColor, clearAlpha);
-      renderer.shadowMap.autoUpdate = autoUpdate;
-      renderer.shadowMap.needsUpdate = needsUpdate;
       scene.remove(points);
-      scene.background = background;
-      scene.overrideMaterial = overrideMaterial;
+      for (const each of putBack) each();
     }
-    const texture = renderer.properties.get(target.texture).__webglTexture;
-    this.relighter.relight({...setup, surfelIrradianceTexture: {texture, width: kWidth}});
-    renderer.resetState();  // as it is after that; three sets what it wants
-    try {
-      this.updateProbes(renderer);
-    } finally {
-      renderer.setRenderTarget(held);
-    }
-  }
-  updateProbes(renderer) {
-    const autoUpdate = renderer.shadowMap.autoUpdate;
-    renderer.shadowMap.autoUpdate = false;
-    try {
-      for (const grid of this.probeGrids) grid.update(renderer);
-    } finally {
-      renderer.shadowMap.autoUpdate = autoUpdate;
-    }
+    return {texture: renderer.properties.get(target.texture).__webglTexture, width: kWidth};
   }
 
   // Gives back what the GPU and the module hold, and the meshes their materials.
   dispose() {
-    for (const [mesh, {original, worn}] of this.meshes) if (mesh.material === worn) mesh.material = original;
-    for (const variants of this.patched.values()) for (const clone of Object.values(variants)) clone.dispose();
-    this.meshes.clear();
-    this.patched.clear();
+    for (const mesh of this.meshes.keys()) this.forget(mesh);
+    for (const material of this.patched.keys()) this.unpatch(material);
     for (const grid of [...this.probeGrids]) grid.dispose();
     if (this.surfels) {
       this.surfels.points.geometry.dispose();
@@ -264,17 +339,19 @@ export class RelumeLighting {
 }
 
 // The scene's lights as the library has them, without shadows: where frames come from WebAssembly. three's candela and lux are read
-// as W/sr and W/m², as everywhere here.
+// as W/sr and W/m², as everywhere here. What three takes and the library refuses: a light at its target, which shines nowhere, is left out, a
+// negative intensity is none, and an infinite distance is no limit.
 export function lightsOf(scene) {
   const lights = [], from = new THREE.Vector3(), to = new THREE.Vector3();
   scene.traverseVisible((light) => {
     if (!light.isDirectionalLight && !light.isPointLight && !light.isSpotLight) return;
     from.setFromMatrixPosition(light.matrixWorld);
     if (light.target) to.setFromMatrixPosition(light.target.matrixWorld).sub(from).normalize();
+    if (light.target && to.lengthSq() === 0) return;
     lights.push({
       kind: light.isDirectionalLight ? 'directional' : light.isSpotLight ? 'spot' : 'point',
-      intensity: light.color.toArray().map((v) => v * light.intensity), position: from.toArray(),
-      ...(light.target ? {direction: to.toArray()} : {}), range: light.distance ?? 0,
+      intensity: light.color.toArray().map((v) => Math.max(v * light.intensity, 0)), position: from.toArray(),
+      ...(light.target ? {direction: to.toArray()} : {}), range: Number.isFinite(light.distance) ? Math.max(light.distance, 0) : 0,
       ...(light.isSpotLight ? {innerConeAngle: light.angle * (1 - light.penumbra), outerConeAngle: light.angle} : {}),
     });
   });
