@@ -6,10 +6,11 @@
 #   samples/demo.sh            pictures go to out/demo
 #   samples/demo.sh DIR        pictures go to DIR
 set -euo pipefail
+output="${1:+$(realpath -m -- "$1")}"  # of the caller's folder, which this leaves
 cd "$(dirname "$0")/.."
 source tools/packages.sh
 
-output="${1:-out/demo}"
+output="${output:-out/demo}"
 mkdir -p "$output"
 
 install_packages packages.txt

@@ -11,8 +11,18 @@
 #include <cstdlib>
 #include <limits>
 
+// Whether the text is a finite number and nothing else.
+static bool readNumber(const char* text, float& number) {
+  char* end = nullptr;
+  number = std::strtof(text, &end);
+  return end != text && *end == '\0' && std::isfinite(number);
+}
+
 int main(int argc, char** argv) {
-  if (argc != 2 && argc != 5) {
+  glm::vec3 given(0.0f);
+  const bool isGiven =
+      argc == 5 && readNumber(argv[2], given.x) && readNumber(argv[3], given.y) && readNumber(argv[4], given.z);
+  if (argc != 2 && !isGiven) {
     std::fprintf(stderr, "usage: hello_relight LEVEL.relume [X Y Z]\n");
     return 1;
   }
@@ -20,6 +30,10 @@ int main(int argc, char** argv) {
   // 1. Map the bake: its arrays are used where they lie in the file
   relume::Result<relume::Bake> bake = relume::mapBake(argv[1]);
   if (!bake) return std::fprintf(stderr, "%s\n", bake.error().message.c_str()), exitCode(bake.error().code);
+  if (bake->caches.grid.resolution.x == 0) {
+    std::fprintf(stderr, "%s: no grid to read light in the air from: bake without --grid-caches 0\n", argv[1]);
+    return 1;
+  }
 
   // 2. A relighter on the CPU; options.parallelFor would hand its loops to the game's job system
   relume::Result<relume::Relighter> relighter = relume::Relighter::create(*bake, relume::RelightOptions{});
@@ -37,7 +51,7 @@ int main(int argc, char** argv) {
     nearest = distance;
     point = bake->surfels.positionWorld[i] + glm::vec3(0.0f, 0.5f, 0.0f);
   }
-  if (argc == 5) point = {std::strtof(argv[2], nullptr), std::strtof(argv[3], nullptr), std::strtof(argv[4], nullptr)};
+  if (isGiven) point = given;
 
   // 4. This frame's light: a sun and a lamp. Nothing is in shadow here; a game sets `visibility`
   relume::Light sun, lamp;

@@ -35,25 +35,22 @@ static void deallocate(void* user, void* at, size_t size, size_t alignment) {
 }
 
 /* Half a metre over the floor that is nearest to the middle of what the bake lights, which itself may lie in a wall. */
-static int over_the_floor(const relume_bake* bake, float point[3]) {
-  relume_bake_info info = {0};
+static int over_the_floor(const relume_bake* bake, unsigned int surfels, float point[3]) {
   float *positions, *normals, middle[3] = {0.0f, 0.0f, 0.0f};
   double nearest = 1e30;
   unsigned int i, k;
-  info.struct_size = sizeof info;
-  if (relume_bake_get_info(bake, &info) != RELUME_OK) return 0;
-  positions = (float*)malloc(6 * sizeof(float) * info.surfels);
+  positions = (float*)malloc(6 * sizeof(float) * surfels);
   if (positions == NULL) return 0;
-  normals = positions + 3 * info.surfels;
-  if (relume_bake_surfels(bake, 0, info.surfels, positions, normals) != RELUME_OK) {
+  normals = positions + 3 * surfels;
+  if (relume_bake_surfels(bake, 0, surfels, positions, normals) != RELUME_OK) {
     free(positions);
     return 0;
   }
-  for (i = 0; i < info.surfels; ++i) {
-    for (k = 0; k < 3; ++k) middle[k] += positions[3 * i + k] / (float)info.surfels;
+  for (i = 0; i < surfels; ++i) {
+    for (k = 0; k < 3; ++k) middle[k] += positions[3 * i + k] / (float)surfels;
   }
   for (k = 0; k < 3; ++k) point[k] = middle[k];
-  for (i = 0; i < info.surfels; ++i) {
+  for (i = 0; i < surfels; ++i) {
     const float* p = positions + 3 * i;
     double distance = 0.0;
     for (k = 0; k < 3; ++k) distance += (p[k] - middle[k]) * (p[k] - middle[k]);
@@ -101,6 +98,7 @@ static relume_status run(relume_relighter* relighter, const float point[3]) {
 int main(int argc, char** argv) {
   Memory memory = {0, 0};
   relume_context_desc desc = {0};
+  relume_bake_info info = {0};
   relume_context* context = NULL;
   relume_bake* bake = NULL;
   relume_relighter* relighter = NULL;
@@ -110,6 +108,7 @@ int main(int argc, char** argv) {
     fprintf(stderr, "usage: hello_relight LEVEL.relume\n");
     return 1;
   }
+  info.struct_size = sizeof info;
   desc.struct_size = sizeof desc;
   desc.api_version = RELUME_API_VERSION;
   desc.user = &memory;
@@ -123,9 +122,13 @@ int main(int argc, char** argv) {
   status = relume_bake_load(context, argv[1], &bake);
   if (status != RELUME_OK) {
     fprintf(stderr, "%s\n", relume_context_error(context));
-  } else if ((status = relume_relighter_create(bake, NULL, &relighter)) != RELUME_OK) {
+  } else if ((status = relume_bake_get_info(bake, &info)) != RELUME_OK ||
+             (status = relume_relighter_create(bake, NULL, &relighter)) != RELUME_OK) {
     fprintf(stderr, "%s\n", relume_bake_error(bake));
-  } else if (!over_the_floor(bake, point)) {
+  } else if (info.grid_resolution[0] == 0) {
+    status = RELUME_ERROR_USAGE;
+    fprintf(stderr, "%s: no grid to read light in the air from: bake without --grid-caches 0\n", argv[1]);
+  } else if (!over_the_floor(bake, info.surfels, point)) {
     status = RELUME_ERROR_MEMORY;
     fprintf(stderr, "%s\n", relume_status_text(status));
   } else if ((status = run(relighter, point)) != RELUME_OK) {

@@ -14,6 +14,8 @@ if len(sys.argv) != 2:
     sys.exit(__doc__)
 try:
     bake = relume.Bake(sys.argv[1])
+    if bake.info.grid_resolution[0] == 0:
+        sys.exit(f'{sys.argv[1]}: no grid to read light in the air from: bake without --grid-caches 0')
     relighter = relume.Relighter(bake)
     # Half a metre over the floor that is nearest to the middle, which itself may lie in a wall
     positions, normals = bake.surfels()

@@ -12,8 +12,15 @@ relume=${RELUME:-relume} three=0.187.0 package=${RELUME_NPM:-$here/../../build/w
 for program in "$relume" npm; do
   command -v "$program" >/dev/null || { echo "$program is missing" >&2; exit 1; }
 done
+declare -A seen
+names=()
 for level in "$@"; do
   [ -f "$level" ] || { echo "$level: there is no such level" >&2; exit 1; }
+  name=$(basename "${level%.*}")
+  [[ $name =~ ^[A-Za-z0-9._-]+$ ]] || { echo "$level: expected a name of letters, digits, '.', '_' and '-'" >&2; exit 1; }
+  [ -z "${seen[$name]:-}" ] || { echo "${seen[$name]} and $level would both be the page's level $name: rename one" >&2; exit 1; }
+  seen[$name]=$level
+  names+=("\"$name\"")
 done
 if [ ! -f "$package/wasm/relume-simd.wasm" ]; then
   (cd "$here/../.." && cmake --preset wasm && cmake --build build/wasm)
@@ -32,13 +39,10 @@ for file in loaders/GLTFLoader.js controls/OrbitControls.js utils/BufferGeometry
   cp "$from/examples/jsm/$file" "$out/three/examples/jsm/$file"
 done
 
-names=()
 for level in "$@"; do
   name=$(basename "${level%.*}")
-  [[ $name =~ ^[A-Za-z0-9._-]+$ ]] || { echo "$level: expected a name of letters, digits, '.', '_' and '-'" >&2; exit 1; }
   "$relume" bake "$level" -o "$temporary/$name.relume" --preset "${PRESET:-web}" --export-glb "$out/levels/$name.glb"
   "$relume" pack "$temporary/$name.relume" -o "$out/levels/$name.relume.gz" --profile web
-  names+=("\"$name\"")
 done
 (IFS=,; echo "[${names[*]}]") >"$out/levels/levels.json"
 echo "$out: serve it, as by: python3 -m http.server --directory $out"

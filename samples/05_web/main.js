@@ -37,9 +37,14 @@ async function open(name) {
   const lightingOf = new RelumeLoader().loadAsync(`levels/${name}.relume.gz`, ({loaded, total}) => {
     if (turn === opens) status.textContent = `${name}: ${(loaded / 1048576).toFixed(1)}${total ? ` of ${(total / 1048576).toFixed(1)}` : ''} MiB`;
   });
-  const [gltf, lighting] = await Promise.all([new GLTFLoader().loadAsync(`levels/${name}.glb`), lightingOf]);
-  const root = gltf.scene, own = [];
-  if (turn !== opens) return close({root, lighting});
+  const loads = await Promise.allSettled([new GLTFLoader().loadAsync(`levels/${name}.glb`), lightingOf]);
+  const [gltf, lighting] = loads.map(({value}) => value), failed = loads.find(({status}) => status === 'rejected');
+  const root = gltf?.scene, own = [];
+  if (failed || turn !== opens) {
+    close({root, lighting});
+    if (turn !== opens) return;  // another level is shown, or loads: what failed here is no news any more
+    throw failed.reason;
+  }
   root.traverse((object) => {
     if (object.isLight) own.push(object);
     if (!object.isMesh) return;
@@ -67,10 +72,12 @@ async function open(name) {
   resize();
 }
 
-function close(opened) {
-  scene.remove(opened.root);
-  opened.lighting.dispose();
-  opened.root.traverse((mesh) => {
+// Frees a level, or the part of one that has loaded.
+function close({root, lighting}) {
+  lighting?.dispose();
+  if (!root) return;
+  scene.remove(root);
+  root.traverse((mesh) => {
     if (!mesh.isMesh) return;
     mesh.geometry.dispose();
     Object.values(mesh.material).forEach((value) => value?.isTexture && value.dispose());

@@ -169,6 +169,10 @@ int main(int argc, char** argv) {
   if ((status = relume_relighter_create(bake, NULL, &relighter)) != RELUME_OK ||
       (status = relume_bake_get_info(bake, &info)) != RELUME_OK)
     return fail(status, relume_bake_error(bake));
+  if (info.grid_resolution[0] == 0)
+    fprintf(stderr,
+            "relight_server: %s: no grid, so that what moves gets no indirect light: bake without --grid-caches 0\n",
+            argv[1]);
 
   const int client = acceptClient();
   if (client < 0) return fail(RELUME_ERROR_UNSUPPORTED, "no port to listen on");

@@ -5,9 +5,11 @@
 # is MaterialEmission of the runtime. Writes frame_NN.png and strip.png, all frames in rows of four.
 #   samples/area_lights/film.sh [DIR [PRESET [SIZE]]]      out/area_lights, high, 320x200
 set -euo pipefail
+# Paths are those of the caller's folder, which this leaves; a name without a slash is found as commands are.
+output="${1:+$(realpath -m -- "$1")}" relume="${RELUME:-build/release/tools/cli/relume}"
+[[ ${RELUME:-} != */* ]] || relume="$(realpath -m -- "$RELUME")"
 cd "$(dirname "$0")/../.."
-output="${1:-out/area_lights}" preset="${2:-high}" size="${3:-320x200}"
-relume="${RELUME:-build/release/tools/cli/relume}"
+output="${output:-out/area_lights}" preset="${2:-high}" size="${3:-320x200}"
 level=samples/area_lights/stars.glb
 mkdir -p "$output"
 "$relume" bake "$level" -o "$output/stars.relume" --preset "$preset" --progress none

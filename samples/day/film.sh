@@ -5,10 +5,12 @@
 # LightSetup::skyPatches and lights, every frame. Writes frame_NN.png and strip.png, all frames in rows of four.
 #   samples/day/film.sh [DIR [PRESET [SIZE [HOURS]]]]     out/day, high, 320x200, "5.5 6.2 7 8 9.5 11 12.5 14 16 17.2 18.1 20"
 set -euo pipefail
+# Paths are those of the caller's folder, which this leaves; a name without a slash is found as commands are.
+output="${1:+$(realpath -m -- "$1")}" relume="${RELUME:-build/release/tools/cli/relume}"
+[[ ${RELUME:-} != */* ]] || relume="$(realpath -m -- "$RELUME")"
 cd "$(dirname "$0")/../.."
-output="${1:-out/day}" preset="${2:-high}" size="${3:-320x200}"
+output="${output:-out/day}" preset="${2:-high}" size="${3:-320x200}"
 read -ra hours <<<"${4:-5.5 6.2 7 8 9.5 11 12.5 14 16 17.2 18.1 20}"
-relume="${RELUME:-build/release/tools/cli/relume}"
 level=samples/level/two_rooms.glb
 mkdir -p "$output"
 "$relume" bake "$level" -o "$output/level.relume" --preset "$preset" --progress none

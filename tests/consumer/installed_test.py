@@ -182,11 +182,13 @@ def check_library(where, bake, expected, baker=False):
         program, *flags, '-lm')
     check_same('C89', light(run(program, bake, env=environment)), expected)
     python = os.path.join(samples, '03_hello_python/hello_relight.py')
-    check_same('Python', light(run(sys.executable, '-B', python, bake,
-                                   env={**environment, 'RELUME_LIBRARY': library,
-                                        'PYTHONPATH': os.path.join(source, 'bindings/python')})), expected)
+    in_python = {**environment, 'RELUME_LIBRARY': library, 'PYTHONPATH': os.path.join(source, 'bindings/python')}
+    check_same('Python', light(run(sys.executable, '-B', python, bake, env=in_python)), expected)
     missing = subprocess.run([program, '/no/such.relume'], env=environment, capture_output=True, text=True, check=False)
     check(missing.returncode == 2 and '/no/such.relume' in missing.stderr, f'a missing bake: {missing}')
+    for hello in ([program], [sys.executable, '-B', python]):
+        dark = subprocess.run([*hello, no_grid], env=in_python, capture_output=True, text=True, check=False)
+        check(dark.returncode == 1 and 'no_grid.relume: no grid' in dark.stderr, f'a bake without a grid: {dark}')
 
     # What the library shows: relume_* and names of relume's C++ API.
     symbols = run('nm', '-D', '--defined-only', library).split('\n')
@@ -197,12 +199,14 @@ def check_library(where, bake, expected, baker=False):
 
 shutil.rmtree(work, ignore_errors=True)
 os.makedirs(work)
-bake, level = os.path.join(work, 'level.relume'), os.path.join(samples, 'level/two_rooms.glb')
+bake, no_grid = os.path.join(work, 'level.relume'), os.path.join(work, 'no_grid.relume')
+level = os.path.join(samples, 'level/two_rooms.glb')
 sizes = (('surfels.count', '--surfels', '512'), ('caches.lightmapCaches', '--lightmap-caches', '200'),
          ('links.linksPerCache', '--links', '64'), ('links.raysPerCache', '--rays', '64'),
          ('playSpace.walks', '--walks', '5000'))
-run(options.relume, 'bake', level, '-o', bake, '--preset', 'draft', '--progress', 'none',
-    *[word for _, flag, value in sizes for word in (flag, value)])
+for file, more in ((bake, ()), (no_grid, ('--grid-caches', '0'))):
+    run(options.relume, 'bake', level, '-o', file, '--preset', 'draft', '--progress', 'none', *more,
+        *[word for _, flag, value in sizes for word in (flag, value)])
 hello = glob.glob(os.path.join(options.build, 'samples/01_hello_relight/hello_relight'))
 check(hello, 'the sample is not built')
 expected = light(run(hello[0], bake))

@@ -9,7 +9,9 @@ import http from 'node:http';
 import path from 'node:path';
 import {gzipSync} from 'node:zlib';
 import {pathToFileURL} from 'node:url';
+import vm from 'node:vm';
 import {needPackage} from './chromium.mjs';
+import {checkSameRefusals} from './same_refusals.mjs';
 
 const [folder, relume, nativeLight, level, work] = process.argv.slice(2);
 needPackage(folder);
@@ -280,6 +282,7 @@ async function checkModule(module) {
     [damaged, /checksum/], [bytes.subarray(0, bytes.length >> 1), /file size: truncated/], [bytes.subarray(0, 20), /header/],
     [new Uint8Array(0), /empty file/], [new TextEncoder().encode('<!doctype html>'.repeat(100)), /header magic/], [42, /source is Number, expected a URL/],
     [null, /source is null/], [{}, /source is Object/], [handedOn(bytes), /handed on.*detached/],
+    [vm.runInNewContext('new ArrayBuffer(20)'), /header/],  // of another realm
   ]) {
     await assert.rejects(loadBake(source, {module}), (e) => e instanceof RelumeError && text.test(e.message) || assert.fail(`${e}, expected ${text}`));
   }
@@ -325,6 +328,12 @@ checkLight(await loadModule({moving: true}), await loadBake(bytes, {module: awai
   assert.throws(() => new Relighter(bake, {movingParts: 1}), (e) => e.status === 5 && /movingParts is 1: .*moving: true/.test(e.message));
   bake.dispose();
 }
+{
+  const bake = await loadBake(bytes), relighter = new Relighter(bake);
+  checkSameRefusals(relighter, packLight, RelumeError);
+  relighter.dispose();
+  bake.dispose();
+}
 assert.equal(await loadModule(), await loadModule());
 for (const [options, text] of [[{folder: new URL('nowhere/', import.meta.url)}, /^relume-simd: the module cannot be loaded: .*nowhere/],
                                [{simd: false, wasmBinary: new Uint8Array([1, 2, 3])}, /^relume-scalar: the module cannot be loaded: .*CompileError/]]) {
@@ -354,13 +363,15 @@ for (const [options, text] of [[{folder: new URL('nowhere/', import.meta.url)}, 
   bake.dispose();
 }
 
-// Over HTTP: progress, what is not there, what ends early.
+// Over HTTP: progress, what is not there, what ends early, what wants a header.
 const server = http.createServer((request, response) => {
   if (request.url === '/level.relume') return response.writeHead(200, {'content-length': bytes.length}).end(bytes);
   if (request.url === '/short') {
     response.writeHead(200, {'content-length': bytes.length});
     return response.write(bytes.subarray(0, 1000), () => response.destroy());
   }
+  if (request.url === '/endless') return response.writeHead(200).write(bytes.subarray(0, 1000));
+  if (request.url === '/locked') return response.writeHead(request.headers['x-key'] === 'mine' ? 200 : 401).end(bytes);
   response.writeHead(404).end('no');
 }).listen(0, '127.0.0.1');
 await new Promise((done) => server.once('listening', done));
@@ -374,6 +385,9 @@ assert.deepEqual(progress.at(-1), [bytes.length, bytes.length]);
 await assert.rejects(loadBake(url('missing.relume')), /missing\.relume: HTTP 404 Not Found/);
 await assert.rejects(loadBake(url('short'), {onProgress() {}}), /short: ended early/);
 await assert.rejects(loadBake('http://127.0.0.1:1/level.relume'), /cannot be fetched/);
+await assert.rejects(loadBake(url('locked')), /locked: HTTP 401/);
+(await loadBake(url('locked'), {headers: {'x-key': 'mine'}})).dispose();
+(await WorkerRelighter.create(url('locked'), {headers: new Headers({'x-key': 'mine'})})).dispose();
 // What comes in parts, whose first is shorter than what is looked for in it: the sign of gzip, the size in the header.
 {
   const {fetch} = globalThis, loadParts = (parts) => {
@@ -397,9 +411,33 @@ await assert.rejects(loadBake('http://127.0.0.1:1/level.relume'), /cannot be fet
     globalThis.fetch = fetch;
   }
 }
-const stop = new AbortController();
-stop.abort();
-await assert.rejects(loadBake(url('level.relume'), {signal: stop.signal}), {name: 'AbortError'});
+// The browser's own ways: cookies of other origins, and no DecompressionStream in old ones.
+{
+  const {fetch, DecompressionStream} = globalThis;
+  try {
+    globalThis.fetch = async (source, {credentials}) => new Response(credentials === 'include' ? bytes : null);
+    (await loadBake('with cookies', {credentials: 'include'})).dispose();
+    delete globalThis.DecompressionStream;
+    await assert.rejects(loadBake(zipped), (e) => e instanceof RelumeError && e.status === 5 && /^gzip: .*without gzip/.test(e.message) || assert.fail(`${e}`));
+  } finally {
+    Object.assign(globalThis, {fetch, DecompressionStream});
+  }
+}
+// What the host itself ends a download with comes out as it is.
+{
+  const own = new Error('of the host'), isOwn = (e) => e === own || assert.fail(`${e}, expected the host's own`);
+  const ended = (reason) => {
+    const stop = new AbortController();
+    stop.abort(reason);
+    return stop.signal;
+  };
+  await assert.rejects(loadBake(url('level.relume'), {signal: ended()}), {name: 'AbortError'});
+  await assert.rejects(loadBake(url('level.relume'), {signal: ended(own)}), isOwn);
+  for (const onProgress of [undefined, () => {}]) await assert.rejects(loadBake(url('endless'), {signal: AbortSignal.timeout(100), onProgress}), {name: 'TimeoutError'});
+  const stop = new AbortController();
+  await assert.rejects(loadBake(url('endless'), {signal: stop.signal, onProgress: (received) => received > 0 && stop.abort(own)}), isOwn);
+  await assert.rejects(loadBake(url('level.relume'), {onProgress() { throw own; }}), isOwn);
+}
 
 // In a worker, with a box that moves.
 {

@@ -69,9 +69,9 @@ try {
 
   const {texts, ...rest} = await run(`tests.refusals('level.relume')`);
   const kTexts = {
-    kind: /lights\[0\]\.kind is "sun"/, nan: /lights\[0\]\.intensity/, direction: /lights\[0\]\.direction has length 2/, bounce: /bounceScale is 2/,
+    kind: /lights\[0\]\.kind is "sun"/, nan: /lights\[0\]\.intensity/, direction: /lights\[0\]\.direction is \(0, 2, 0\) of length 2, expected 1/, bounce: /bounceScale is 2/,
     size: /surfelIrradiance has 3 elements, expected \d+/, number: /surfelIrradiance is 5, expected \d+ numbers/,
-    irradiance: /surfelIrradiance\[1\] is NaN,0,0, expected/, patches: /skyPatches\[0\] is -1,-1,-1, expected/, sky: /skyRadiance is 1e\+30,0,0, expected/,
+    irradiance: /surfelIrradiance\[1\] is \(NaN, 0, 0\), expected/, patches: /skyPatches\[0\] is \(-1, -1, -1\), expected/, sky: /skyRadiance is \(1e\+30, 0, 0\), expected/,
     element: /lights\[0\] is null/, setup: /setup is null/, visibility: /visibility is for the CPU/, context: /expected a WebGL 2 context/,
     glsl: /light_surfels does not compile: .*nothing/s, side: /a texture of \d+ texels is needed, this WebGL has at most 64/, disposed: /was disposed of/,
   };

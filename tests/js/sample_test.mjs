@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // samples/05_web, built by its one command, in headless Chromium: wide and as on a phone, the lamp dragged, the three ways to show light, two levels
-// chosen in a row.
+// chosen in a row, a level that does not load whole.
 //   node sample_test.mjs PACKAGE RELUME SAMPLE WORK
 import assert from 'node:assert/strict';
 import {spawnSync} from 'node:child_process';
@@ -19,6 +19,13 @@ const built = spawnSync(path.join(sample, 'build.sh'), [out, level, again], {env
 assert.equal(built.status, 0, built.stderr);
 const missing = spawnSync(path.join(sample, 'build.sh'), [out, 'missing.glb'], {env, encoding: 'utf8'});
 assert.ok(missing.status === 1 && /missing\.glb: there is no such level/.test(missing.stderr));
+const twin = path.join(work, 'elsewhere', 'again.gltf');
+mkdirSync(path.dirname(twin), {recursive: true});
+copyFileSync(level, twin);
+const twins = spawnSync(path.join(sample, 'build.sh'), [out, again, twin], {env, encoding: 'utf8'});
+assert.ok(twins.status === 1 && /again\.glb and .*again\.gltf would both be the page's level again/.test(twins.stderr), twins.stderr);
+// A level whose bake alone is there.
+copyFileSync(path.join(out, 'levels', 'again.relume.gz'), path.join(out, 'levels', 'half.relume.gz'));
 
 const server = await serve({'/': out});
 for (const [name, size] of Object.entries({wide: {width: 960, height: 540}, phone: {width: 390, height: 800}})) {
@@ -70,6 +77,37 @@ for (const [name, size] of Object.entries({wide: {width: 960, height: 540}, phon
     await frames(10);
     assert.equal(await browser.run(roots), 1, 'levels in the scene');
     assert.deepEqual(browser.problems, []);
+    // The level `half` has no .glb, and the answer that says so is held back: once another is shown, nobody hears of it.
+    await browser.run(`import('./relume/src/index.js').then(async ({loadModule}) => {
+      const module = await loadModule(), select = document.getElementById('level'), {fetch} = window;
+      const held = new Promise((done) => (window.answer = done));
+      window.fetch = async (request, ...rest) => {
+        if (/half\\.glb$/.test(request.url ?? request)) await held;
+        return fetch(request, ...rest);
+      };
+      select.add(new Option('half'));
+      window.choose = (name) => {
+        select.value = name;
+        select.dispatchEvent(new Event('change'));
+      };
+      window.liveBytes = () => module.liveBytes;
+    })`);
+    const status = () => browser.run('document.getElementById("status").textContent'), liveBytes = () => browser.run('liveBytes()');
+    const isRefused = async () => browser.problems.some((text) => /404.*half\.glb/.test(text));
+    const ofOne = await liveBytes();
+    await browser.run('scene = null, choose("half"), choose("two_rooms")');
+    await browser.until(async () => await browser.run(`${roots} > 0 && ${loaded} === 9`), 'the level does not load');
+    await browser.run('answer()');
+    await browser.until(isRefused, 'half.glb is not refused');
+    await frames(10);
+    assert.deepEqual([await status(), await browser.run(roots), await liveBytes()], ['', 1, ofOne]);
+    // Chosen last, it says so, and its bake is given back.
+    await browser.run('choose("half")');
+    await browser.until(async () => /half\.glb.*404/.test(await status()), 'no status of half.glb');
+    await frames(10);
+    assert.equal(await browser.run(roots), 0, 'levels in the scene');
+    assert.ok(await liveBytes() < ofOne / 2, `${await liveBytes()} bytes, ${ofOne} with a level`);
+    assert.deepEqual(browser.problems.filter((text) => !/half\.glb/.test(text)), []);
   } catch (error) {
     console.log(browser.said.slice(-20).join('\n'));
     throw error;

@@ -1,14 +1,18 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# The films of samples/ at a few pixels: each frame is lit, no two are the same, and the strip holds them all.
+# The films of samples/ at a few pixels: each frame is lit, no two are the same, and the strip holds them all. Paths are
+# those of the folder that the films are called in.
 #   films_test.sh RELUME SOURCE FOLDER      FOLDER: of this test alone, made anew
 set -euo pipefail
-export RELUME=$1
 source=$2 folder=$3
 rm -rf "$folder"
+mkdir -p "$folder"
+cd "$folder"
+RELUME=$(realpath --relative-to=. "$1")
+export RELUME
 export PYTHONDONTWRITEBYTECODE=1
-"$source/samples/day/film.sh" "$folder/day" draft 48x30 "6.5 12 17 20" >/dev/null
-"$source/samples/area_lights/film.sh" "$folder/lights" draft 48x30 >/dev/null
+"$source/samples/day/film.sh" day draft 48x30 "6.5 12 17 20" >/dev/null
+"$source/samples/area_lights/film.sh" lights draft 48x30 >/dev/null
 python3 - "$source/samples" "$folder" <<'PYTHON'
 import pathlib
 import sys
@@ -31,4 +35,5 @@ for film, count in (("day", 4), ("lights", 8)):
     assert (width, height) == (4 * 48, 30 * ((count + 3) // 4)), f"{film}: strip of {width} x {height}"
     assert rows[0][:3 * 48] == pictures[0][2][0] and rows[-1][-3 * 48:] == pictures[-1][2][-1]
 PYTHON
+cd ..
 rm -rf "$folder"

@@ -72,6 +72,14 @@ expect 2 "could not be written" play game.glb level.relume --screenshot=/no/such
 expect 5 "OpenGL ES 3.0 is needed" play game.glb level.relume --screenshot=out.png --frames=1 --video-driver GLES2
 expect 4 "no relight_server" "$godot" --path "$project" --level="$PWD/game.glb" --port=1
 
+# A bake without a grid is served, and what is missing is said
+"$relume" bake level.glb -o no_grid.relume --preset draft --grid-caches 0 --progress none 2>/dev/null
+"$RELIGHT_SERVER" no_grid.relume >unused_port.txt 2>log.txt &
+server=$!
+until [ -s unused_port.txt ]; do sleep 0.1; done
+kill "$server"
+grep -q "no_grid.relume: no grid" log.txt
+
 # A server that dies while the game runs
 "$RELIGHT_SERVER" level.relume >port.txt &
 server=$!

@@ -47,6 +47,25 @@ TEST_F(Hello, printsSixteenFramesOfLight) {
   EXPECT_EQ(shell("'" RELUME_HELLO "' /no/such/level.relume"), 2) << log();
 }
 
+TEST_F(Hello, takesAPointOfThreeNumbers) {
+  ASSERT_EQ(shell("'" RELUME_HELLO "' '" + bake() + "' 1 1.5 -2e0"), 0) << log();
+  EXPECT_NE(log().find("irradiance at (1.00 1.50 -2.00)"), std::string::npos) << log();
+  for (const std::string point : {"a b c", "1 1 x", "1 1 1m", "1 '' 1", "1 nan 1", "1 1e99 1", "1 1"}) {
+    EXPECT_EQ(shell("'" RELUME_HELLO "' '" + bake() + "' " + point), 1) << point << '\n' << log();
+    EXPECT_NE(log().find("usage: hello_relight"), std::string::npos) << point << '\n' << log();
+  }
+}
+
+TEST_F(Hello, saysThatThereIsNoGrid) {
+  const ProgramResult baked = runProgram(
+      {"bake", RELUME_SOURCE_DIR "/samples/level/two_rooms.glb", "-o", bake(), "--preset", "draft", "--force",
+       "--surfels", "512", "--lightmap-caches", "200", "--grid-caches", "0", "--progress", "none"},
+      folder_);
+  ASSERT_EQ(baked.status, 0) << baked.err;
+  EXPECT_EQ(shell("'" RELUME_HELLO "' '" + bake() + "'"), 1) << log();
+  EXPECT_NE(log().find("level.relume: no grid"), std::string::npos) << log();
+}
+
 // Two passages that meet in a corner: the middle of what is baked is behind the walls, where no light comes.
 TEST_F(Hello, looksWhereTheLevelIs) {
   GltfParts parts;

@@ -29,7 +29,8 @@ tests/run.sh --release >/dev/null
 expect_tests "tests/run.sh on a build without tests"
 rm -rf build
 for round in 1 2; do
-  samples/demo.sh "$folder/pictures" >/dev/null
+  (cd "$folder" && clone/samples/demo.sh pictures >/dev/null)
+  [ -f "$folder/pictures/build.log" ] || { echo "samples/demo.sh: no folder \"pictures\" where it was called"; exit 1; }
   expect_tests "samples/demo.sh, round $round"
   tests/run.sh --release >/dev/null
   expect_tests "tests/run.sh, round $round"

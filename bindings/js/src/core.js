@@ -3,7 +3,7 @@
 // that of include/relume/relume.h; index.d.ts says what JavaScript hands over. Bake and Relighter own memory of the module,
 // which no garbage collector sees: dispose() of both gives it back.
 
-import {countOf, forgotten, kInvalidFile, kIo, kMemory, kUsage, list, object, RelumeError, sized, vector, whole} from './errors.js';
+import {countOf, forgotten, kInvalidFile, kIo, kMemory, kUnsupported, kUsage, list, object, RelumeError, sized, vector, whole} from './errors.js';
 import {kModuleFiles} from './module_files.js';
 import {handParts, requireMoving, shapesOf} from './moving.js';
 
@@ -87,27 +87,45 @@ export class Module {
 
 const megabytes = (bytes) => `${(bytes / 1048576).toFixed(1)} MiB`;
 
-// Bytes of a response, with onProgress(received, total or 0) as they come.
-async function readBody(response, onProgress) {
-  // What is packed on the way has a length that is not the file's.
-  const total = response.headers.get('content-encoding') ? 0 : Number(response.headers.get('content-length')) || 0;
-  if (!response.body || !onProgress) return [new Uint8Array(await response.arrayBuffer())];
-  const parts = [], reader = response.body.getReader();
-  let received = 0;
-  onProgress(0, total);
-  for (;;) {
-    const {done, value} = await reader.read();
-    if (done) return parts;
-    parts.push(value);
-    received += value.length;
-    onProgress(received, total);
+// What use() promises. Its failure is told by `text`, but for the reason of a signal, which is the host's own.
+async function download(use, text, signal) {
+  try {
+    return await use();
+  } catch (error) {
+    if (signal?.aborted) throw signal.reason ?? error;
+    throw new RelumeError(`${text}: ${error?.cause?.message ?? error?.message ?? error}`, kIo);
   }
 }
 
-// The parts of what `source` names or is.
-async function readSource(source, {onProgress, signal} = {}) {
+// Bytes of a response, with onProgress(received, total or 0) as they come; what that throws ends the download. read(use): as download().
+async function readBody(response, onProgress, read) {
+  // What is packed on the way has a length that is not the file's.
+  const total = response.headers.get('content-encoding') ? 0 : Number(response.headers.get('content-length')) || 0;
+  if (!response.body || !onProgress) return [new Uint8Array(await read(() => response.arrayBuffer()))];
+  const parts = [], reader = response.body.getReader();
+  let received = 0;
   try {
-    if (source instanceof ArrayBuffer) return [new Uint8Array(source)];
+    onProgress(0, total);
+    for (;;) {
+      const {done, value} = await read(() => reader.read());
+      if (done) return parts;
+      parts.push(value);
+      received += value.length;
+      onProgress(received, total);
+    }
+  } catch (error) {
+    reader.cancel().catch(() => {});
+    throw error;
+  }
+}
+
+// Also of another realm, as an iframe's, whose class is another one.
+const isArrayBuffer = (value) => Object.prototype.toString.call(value) === '[object ArrayBuffer]';
+
+// The parts of what `source` names or is.
+async function readSource(source, {onProgress, signal, headers, credentials}) {
+  try {
+    if (isArrayBuffer(source)) return [new Uint8Array(source)];
     if (ArrayBuffer.isView(source)) return [new Uint8Array(source.buffer, source.byteOffset, source.byteLength)];
   } catch {
     throw new RelumeError('loadBake: the bytes of source were handed on, as to a worker (a detached ArrayBuffer)', kUsage);
@@ -116,22 +134,11 @@ async function readSource(source, {onProgress, signal} = {}) {
     const what = source === null ? 'null' : (source?.constructor?.name ?? typeof source);
     throw new RelumeError(`loadBake: source is ${what}, expected a URL, an ArrayBuffer or a view of one`, kUsage);
   }
-  let response;
-  try {
-    response = await fetch(source, {signal});
-  } catch (error) {
-    if (error?.name === 'AbortError') throw error;
-    throw new RelumeError(`${source}: cannot be fetched: ${error?.cause?.message ?? error?.message ?? error}`, kIo);
-  }
+  const response = await download(() => fetch(source, {signal, headers, credentials}), `${source}: cannot be fetched`, signal);
   if (!response.ok) {
     throw new RelumeError(`${source}: HTTP ${response.status} ${response.statusText}`.trimEnd(), kIo);
   }
-  try {
-    return await readBody(response, onProgress);
-  } catch (error) {
-    if (error?.name === 'AbortError') throw error;
-    throw new RelumeError(`${source}: ended early: ${error?.message ?? error}`, kIo);
-  }
+  return readBody(response, onProgress, (use) => download(use, `${source}: ended early`, signal));
 }
 
 // The first `count` bytes of parts, or as many as they have: a part may be as short as one.
@@ -150,6 +157,9 @@ const kSizeAt = 24, kSizeEnd = 32;  // [byte] of a bake's header, where it says 
 
 // The parts of a bake that went through gzip (`relume pack -o OUT.relume.gz`). No more is unpacked than the bake's header says it has.
 async function unpackGzip(parts, name) {
+  if (typeof DecompressionStream !== 'function') {
+    throw new RelumeError(`${name}gzip: this browser unpacks none (DecompressionStream): serve the bake without gzip`, kUnsupported);
+  }
   const reader = new Blob(parts).stream().pipeThrough(new DecompressionStream('gzip')).getReader();
   const unpacked = [];
   let size = 0, most = Infinity;

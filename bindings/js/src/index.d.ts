@@ -36,14 +36,26 @@ export function hasSimd(): boolean;
 /** Without options, one module for the whole page. */
 export function loadModule(options?: ModuleOptions): Promise<Module>;
 
-export interface LoadOptions {
+/** How a URL is fetched. */
+export interface RequestOptions {
+  /** Sent along, as a token; default none. */
+  headers?: RequestInit['headers'];
+  /** Whether cookies are; default that of fetch(): 'same-origin'. */
+  credentials?: RequestInit['credentials'];
+}
+
+export interface LoadOptions extends RequestOptions {
   module?: Module;
-  /** total: 0 where the server does not say. */
+  /** total: 0 where the server does not say. What it throws ends the download, and is what loadBake() throws. */
   onProgress?: (received: number, total: number) => void;
+  /** Ends the download: loadBake() throws its reason. */
   signal?: AbortSignal;
 }
 
-/** Bakes of all kinds, packed or not, through gzip (`relume pack -o OUT.relume.gz`) or not. Throws RelumeError: a URL that is not there, bytes that are no bake, no memory. */
+/**
+ * Bakes of all kinds, packed or not, through gzip (`relume pack -o OUT.relume.gz`) or not. Throws RelumeError: a URL that is not there, bytes that are no bake, no memory,
+ * gzip where the browser has no DecompressionStream.
+ */
 export function loadBake(source: string | URL | ArrayBuffer | ArrayBufferView, options?: LoadOptions): Promise<Bake>;
 
 export interface BakeInfo {
@@ -87,7 +99,7 @@ export interface Light {
   kind: 'directional' | 'point' | 'spot';
   /** Point, spot [W/sr]; directional [W/m²]. */
   intensity: ArrayLike<number>;
-  /** [m] */
+  /** [m] at most 1e9 on an axis. */
   position?: ArrayLike<number>;
   /** Unit, the way the light travels. */
   direction?: ArrayLike<number>;
@@ -210,7 +222,7 @@ export class Relighter {
   dispose(): void;
 }
 
-export interface WorkerRelighterOptions extends RelighterOptions {
+export interface WorkerRelighterOptions extends RelighterOptions, RequestOptions {
   module?: ModuleOptions;
   onProgress?: (received: number, total: number) => void;
   /** Script of the worker, `relume/worker`, where a bundler put it elsewhere than beside the page's script as worker.js. */

@@ -8,10 +8,10 @@ let port = isNode ? null : self;
 let module = null, bake = null, relighter = null, movingShapes = null;
 
 const calls = {
-  async create({source, options, moduleOptions}) {
+  async create({source, request, options, moduleOptions}) {
     module = await loadModule(moduleOptions ?? {});
     const onProgress = (received, total) => port.postMessage({progress: [received, total]});
-    bake = await loadBake(source, {module, onProgress});
+    bake = await loadBake(source, {...request, module, onProgress});
     relighter = new Relighter(bake, options);
     const {glsl, grid, textures} = relighter.textureResolve();
     return {

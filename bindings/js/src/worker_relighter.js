@@ -14,13 +14,14 @@ async function makeWorker(url) {
 
 export class WorkerRelighter {
   // source: as loadBake() takes it; a relative URL is one of the page. What create() fails with ends the worker.
-  static async create(source, {onProgress, module: moduleOptions, worker, ...options} = {}) {
+  static async create(source, {onProgress, headers, credentials, module: moduleOptions, worker, ...options} = {}) {
     if (typeof source === 'string' && !isNode) source = new URL(source, globalThis.document?.baseURI ?? location.href).href;
     if (source instanceof URL) source = source.href;
     if (moduleOptions?.folder) moduleOptions = {...moduleOptions, folder: String(moduleOptions.folder)};  // a URL cannot be sent
+    const request = {headers: headers && [...new Headers(headers)], credentials};                         // nor can Headers
     const made = new WorkerRelighter(await makeWorker(worker), onProgress);
     try {
-      Object.assign(made, await made.call('create', {source, options, moduleOptions}));
+      Object.assign(made, await made.call('create', {source, request, options, moduleOptions}));
       return made;
     } catch (error) {
       made.dispose();
