@@ -40,7 +40,7 @@ std::string join(const std::vector<const char*>& names) {
   std::string text;
   for (const char* name : names) {
     if (name != names.front()) text += '|';
-    text += name;
+    text += *name != 0 ? name : "\"\"";
   }
   return text;
 }

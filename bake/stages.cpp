@@ -14,7 +14,10 @@
 #include "formats/validate.h"
 #include "relume/bake/provenance.h"
 
+#include <cerrno>
+#include <cstring>
 #include <new>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -35,6 +38,15 @@ RayStructure rayStructureFor(const BakeOptions& options) {
 }  // namespace
 
 void noteHeldMemory(Context& context) { context.figure("memory_mib", static_cast<double>(heldMemory()) / 1048576.0); }
+
+Error outOfMemory(const Scene& scene, const std::bad_alloc& e) {
+  if (std::string_view(e.what()) != std::strerror(EAGAIN))  // as parallel.cpp throws it
+    return {ErrorCode::failed, "out of memory while baking \"" + scene.name + "\""};
+  return {
+      ErrorCode::failed,
+      "a thread cannot be started: the system's limit is reached (ulimit -u), or there is no memory for it; bake \"" +
+          scene.name + "\" with fewer, or raise the limit"};
+}
 
 Status checkBakeable(const Scene& scene, const BakeOptions& options) {
   if (const Status status = checkOptions(options); !status) return status.error();

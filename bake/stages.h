@@ -96,6 +96,9 @@ Status checkBaked(const Bake& bake, Context& context);
 // What a valid bake says of its own error: Bake::certificate.
 Result<Certificate> certifyBaked(const Bake& bake, const TestRays& test, Context& context);
 
+// Of a bake that ended by it: of memory, or of threads (parallel.h).
+Error outOfMemory(const Scene& scene, const std::bad_alloc& e);
+
 template <class Work>
 std::invoke_result_t<Work> guardBake(const Scene& scene, const BakeOptions& options, Context& context, Work&& work) {
   if (const Status status = checkBakeable(scene, options); !status) return status.error();
@@ -104,8 +107,8 @@ std::invoke_result_t<Work> guardBake(const Scene& scene, const BakeOptions& opti
     if (!baked && !context.cancelled())
       baked.error().message = "scene \"" + scene.name + "\": " + baked.error().message;
     return baked;
-  } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::failed, "out of memory while baking \"" + scene.name + "\""};
+  } catch (const std::bad_alloc& e) {
+    return outOfMemory(scene, e);
   }
 }
 

@@ -9,12 +9,19 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
+#include <cstring>
 #include <memory>
 #include <new>
 #include <optional>
 
 namespace relume {
 namespace {
+
+// The system's words tell it from memory that has run out.
+struct NoThread : std::bad_alloc {
+  const char* what() const noexcept override { return std::strerror(EAGAIN); }
+};
 
 void runChunks(Context& context, tbb::task_arena& arena, std::string_view stage, std::size_t count, std::size_t grain,
                const std::function<void(std::size_t, std::size_t)>& body) {
@@ -51,7 +58,7 @@ void runChunks(Context& context, tbb::task_arena& arena, std::string_view stage,
   } catch (...) {
     if (bodyThrew) throw;
     // oneTBB cannot start its threads: there is no memory for their stacks, or no more threads are allowed.
-    throw std::bad_alloc();
+    throw NoThread();
   }
 }
 

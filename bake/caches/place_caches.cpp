@@ -56,8 +56,8 @@ Result<PlacedCaches> placeCaches(const RayTracer& tracer, const PlaySpace& playS
     if (context.cancelled()) return cancelledError();
     if (placed)
       lightmap = std::move(*placed);
-    else if (grid.position.empty() || placed.error().code == ErrorCode::usage)
-      return placed.error();
+    else if (grid.position.empty() || placed.error().code == ErrorCode::memory)  // asked for, and too large
+      return Error{ErrorCode::failed, placed.error().message};
     else
       context.message(Severity::warning, "no light map, everything reads the grid: " + placed.error().message);
   }

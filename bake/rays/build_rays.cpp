@@ -234,14 +234,13 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
   state->geometry = geometry;
 
   // Open the device. Its option "threads" is not used: it would limit all of oneTBB for as long as the device lives.
-  const std::string config = isa.empty() ? "" : "isa=" + isa;
-  state->device.reset(rtcNewDevice(config.c_str()));
+  state->device.reset(rtcNewDevice(deviceConfig(isa).c_str()));
   if (!state->device) {
     const RTCError reason = rtcGetDeviceError(nullptr);
     if (reason == RTC_ERROR_OUT_OF_MEMORY)
       return Error{ErrorCode::memory, "ray tracer: memory ran out while Embree was starting"};
     return Error{ErrorCode::failed,
-                 "Embree cannot start with \"" + config + "\": error " + std::to_string(static_cast<int>(reason))};
+                 "Embree cannot start with \"isa=" + isa + "\": error " + std::to_string(static_cast<int>(reason))};
   }
   RTCDevice device = state->device.get();
   rtcSetDeviceErrorFunction(device, State::onError, state.get());

@@ -8,6 +8,12 @@
 
 namespace relume {
 
+// Without the cache for subdivision surfaces, which are not used here. Embree allocates its 128 MiB under a lock that
+// it keeps when there is no memory for them: every device that is made or released later would wait for ever.
+std::string deviceConfig(const std::string& isa) {
+  return "tessellation_cache_size=0" + (isa.empty() ? "" : ",isa=" + isa);
+}
+
 std::string rayTracerName(RTCDeviceTy* device, const std::string& isa) {
   std::string chosen = isa;
   if (isa.empty()) {
@@ -21,7 +27,7 @@ std::string rayTracerName(RTCDeviceTy* device, const std::string& isa) {
 }
 
 std::string rayTracerName(const std::string& isa) {
-  const std::string config = isa.empty() ? "" : "isa=" + isa;
+  const std::string config = deviceConfig(isa);
   const std::unique_ptr<RTCDeviceTy, void (*)(RTCDeviceTy*)> device(rtcNewDevice(config.c_str()), [](RTCDeviceTy* d) {
     if (d != nullptr) rtcReleaseDevice(d);
   });

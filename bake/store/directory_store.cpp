@@ -119,6 +119,7 @@ Status DirectoryStore::put(const EntryName& name, std::span<const std::byte> byt
 }
 
 Status DirectoryStore::hold(std::uint64_t limit) {
+  if (::faccessat(AT_FDCWD, folder_.c_str(), W_OK, AT_EACCESS) != 0) return done();
   const Result<GarbageReport> report = collectGarbage(folder_, limit);
   return report ? done() : Status(report.error());
 }

@@ -109,7 +109,7 @@ void EntryCache::keep(const EntryName& name, std::span<const std::byte> bytes, C
 }
 
 void EntryCache::finish(Context& context) {
-  if (limit_ > 0 && statistics_.written > 0 && writable_) {
+  if (limit_ > 0 && readable_) {
     const Timer timer(statistics_.seconds);
     if (const Status held = store_->hold(limit_); !held)
       warn("store " + store_->name() + ": its size was not looked at: " + held.error().message);

@@ -21,7 +21,7 @@ namespace relume {
 // Of one thread at a time.
 class EntryCache {
  public:
-  // limit [byte] of a folder, held at the end of a bake that has written; 0 = none.
+  // limit [byte] of a folder, held at the end of a bake; 0 = none.
   EntryCache(std::unique_ptr<Store> store, std::uint64_t limit) : store_(std::move(store)), limit_(limit) {}
 
   // Who is warned from now on: a bake's own Context::onMessage. What a run finds of its store is no stage's result, so

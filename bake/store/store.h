@@ -40,7 +40,8 @@ class Store {
   virtual Result<std::optional<std::vector<std::byte>>> get(const EntryName& name, std::uint64_t maxBytes) = 0;
   // Whole or not at all, over what stood there. io: the store cannot be written, or is full.
   virtual Status put(const EntryName& name, std::span<const std::byte> bytes) = 0;
-  // Remove what was used longest ago until `limit` bytes are left. Where a server keeps the files: nothing.
+  // Remove what was used longest ago until `limit` bytes are left. Where a server keeps the files, or they may only be
+  // read: nothing.
   virtual Status hold(std::uint64_t limit) = 0;
   // For messages: the folder, or the URL without its password.
   virtual std::string name() const = 0;

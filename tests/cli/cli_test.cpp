@@ -253,9 +253,13 @@ TEST_F(Cli, absurdOptionsNameOptionRangeAndValue) {
   expectFailure(with("--grid", "1024,1024,1024"), 1, "1073741824 points");
   expectFailure(with("--chroma-bands", "4"), 1, "chromaBands (--chroma-bands) is 4, expected at most lumaBands");
   expectFailure(with("--placement", "random"), 1, "one of halton|relaxed|eliminated, found \"random\"");
+  expectFailure(with("--isa", "foo"), 1, "(--isa) is \"foo\", expected one of \"\"|sse2|");
   expectFailure(with("--threads", "-1"), 1, "--threads");
   expectFailure(with("--grid-spacing", "nan"), 1, "--grid-spacing");
   expectFailure(with("--lightmap", "7"), 1, "(--lightmap) is 7, expected 0 or 16..16384");
+  // What needs more than the machine has is in its range.
+  expectFailure(with("--lightmap-caches", "100000000"), 4, "light map needs about ");
+  expectFailure(with("--grid-spacing", "1e-9"), 4, " needs about ");
 }
 
 TEST_F(Cli, optionsFilesAreReadAndUnknownKeysRefused) {

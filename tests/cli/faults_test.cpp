@@ -148,18 +148,41 @@ TEST_F(Faults, twoBakesOfTheSameOutputAtOnce) {
   }
 }
 
-// Memory runs out at one place after another: an error or a whole bake, never a crash.
+// As a user who may have no more processes, which root is not.
+TEST_F(Faults, threadsAreFew) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can become a user without other processes";
+  if (std::string(RELUME_SANITIZE) != "") GTEST_SKIP() << "built with " RELUME_SANITIZE ", which needs a thread";
+  fs::permissions(folder_ / "out", fs::perms::all);
+  for (const rlim_t threads : {1, 2, 4}) {
+    std::vector<std::string> arguments = rebake();
+    arguments.insert(arguments.end(), {"--threads", "8"});
+    const ProgramResult result = runProgram(arguments, folder_, [threads] {
+      const rlimit limit{threads, threads};
+      constexpr unsigned kUser = 54321;
+      ::setrlimit(RLIMIT_NPROC, &limit);
+      if (::setresgid(kUser, kUser, kUser) != 0 || ::setresuid(kUser, kUser, kUser) != 0) ::_exit(kNotDropped);
+    });
+    if (result.status == kNotDropped || result.status == 127) GTEST_SKIP() << "another user cannot run the program";
+    EXPECT_EQ(result.status, 4) << result.err;
+    EXPECT_NE(result.err.find("a thread cannot be started: "), std::string::npos) << result.err;
+    expectOldAlone();
+  }
+}
+
+// Memory runs out at one place after another: an error or a whole bake, never a crash, nor a bake that does not end.
 TEST_F(Faults, theAddressSpaceIsSmall) {
   if (std::string(RELUME_SANITIZE) != "")
     GTEST_SKIP() << "built with " RELUME_SANITIZE ", which needs terabytes of addresses";
   int refused = 0, baked = 0;
-  for (rlim_t mebibytes = 32; mebibytes <= 1024; mebibytes += mebibytes < 256 ? 16 : 128) {
+  for (rlim_t mebibytes = 32; mebibytes <= 1024; mebibytes += mebibytes < 384 ? 8 : 128) {
     std::ofstream(out_, std::ios::binary) << old_;
     std::vector<std::string> arguments = rebake();
-    arguments.insert(arguments.end(), {"--threads", mebibytes % 32 == 0 ? "1" : "4"});
+    arguments.insert(arguments.end(), {"--threads", mebibytes % 16 == 0 ? "1" : "4"});
+    if (mebibytes % 32 < 16) arguments.insert(arguments.end(), {"--store", at("store" + std::to_string(mebibytes))});
     const ProgramResult result = runProgram(arguments, folder_, [mebibytes] {
       const rlimit limit{mebibytes << 20, mebibytes << 20};
       ::setrlimit(RLIMIT_AS, &limit);
+      ::alarm(60);  // by which it is killed
     });
     // Not even the program fits: its libraries, or what they make before main() begins (which has a handler of its own
     // for exceptions that nothing catches).

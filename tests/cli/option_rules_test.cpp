@@ -23,6 +23,17 @@ class OptionRules : public CliFixture {
   }
 };
 
+// The last of lines that are all objects of JSON.
+Json lastOfLines(const std::string& text) {
+  std::istringstream lines(text);
+  Json last;
+  for (std::string line; std::getline(lines, line);) {
+    last = Json::parse(line, nullptr, false);
+    EXPECT_TRUE(last.is_object()) << line;
+  }
+  return last;
+}
+
 TEST_F(OptionRules, namesOfFilesAreNotEmpty) {
   const std::vector<std::pair<std::vector<std::string>, std::vector<std::string>>> commands = {
       {{"bake", room_, "-o", out_},
@@ -84,6 +95,20 @@ TEST_F(OptionRules, wrongValuesAreQuotedAsTheyWereTyped) {
   expectRefused({"validate", room_, "--max-memory", "1K"}, "expected, \"1K\" found");
 }
 
+// The warning of an options file comes before there is any progress.
+TEST_F(OptionRules, jsonLinesTellOfCountsBesideABudget) {
+  const std::string file = put("all.json", run({"bake", "--preset", "draft", "--print-options"}).out);
+  const ProgramResult result = run(
+      {"bake", "--preset", "medium", "--options", file, "--budget-mb", "1", "--progress", "json", "--print-options"});
+  EXPECT_EQ(result.status, 0) << result.err;
+  const Json last = lastOfLines(result.err);
+  EXPECT_EQ(last["severity"], "warning") << result.err;
+  const std::string text = last["text"].get<std::string>();
+  EXPECT_NE(text.find("a budget chooses it (--budget-mb, --budget-ms, --max-error); the file's is not used"),
+            std::string::npos)
+      << text;
+}
+
 // What a failed command ends with is a line like the others, whatever is wrong with it.
 TEST_F(OptionRules, jsonLinesEndInJson) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> calls = {
@@ -95,12 +120,7 @@ TEST_F(OptionRules, jsonLinesEndInJson) {
     words.insert(words.begin() + 1, {"--progress", "json"});
     const ProgramResult result = run(words);
     EXPECT_NE(result.status, 0);
-    std::istringstream lines(result.err);
-    Json last;
-    for (std::string line; std::getline(lines, line);) {
-      last = Json::parse(line, nullptr, false);
-      ASSERT_TRUE(last.is_object()) << line;
-    }
+    const Json last = lastOfLines(result.err);
     EXPECT_EQ(last["event"], "message") << result.err;
     EXPECT_EQ(last["severity"], "error") << result.err;
     EXPECT_NE(last["text"].get<std::string>().find(message), std::string::npos) << result.err;

@@ -2,6 +2,7 @@
 #include "bake/rays/ray_tracer.h"
 
 #include "bake/base/random.h"
+#include "bake/rays/ray_tracer_name.h"
 #include "relume/bake/context.h"
 #include "tests/rays/make_scene.h"
 
@@ -9,8 +10,12 @@
 
 #include <glm/geometric.hpp>
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -63,6 +68,19 @@ Scene clutter() {
   scene.instances.push_back(turned);
   finish(scene);
   return scene;
+}
+
+// Embree's cache for surfaces that are not used here would be 128 MiB.
+TEST(RayTracer, startsInLittleMemory) {
+  std::size_t pages = 0;
+  ASSERT_TRUE(std::ifstream("/proc/self/statm") >> pages);
+  rlimit before{};
+  ::getrlimit(RLIMIT_AS, &before);
+  const rlimit small{pages * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE)) + (64u << 20), before.rlim_max};
+  ::setrlimit(RLIMIT_AS, &small);
+  const std::string name = rayTracerName("");
+  ::setrlimit(RLIMIT_AS, &before);
+  EXPECT_NE(name, "");
 }
 
 TEST(RayTracer, hitNamesInstanceTriangleAndBarycentricsOfTheWorldPoint) {

@@ -268,20 +268,35 @@ struct Listener {
   int count_ = 0;
 };
 
+// As a disk that takes no more than a little of a file, for its lifetime.
+class FullDisk {
+ public:
+  FullDisk() : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit small{256, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &small);
+  }
+  ~FullDisk() {
+    ::setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+
+ private:
+  void (*handler_)(int);
+  rlimit before_{};
+};
+
 TEST_F(Folder, aDiskThatIsFullIsOneWarning) {
   Context context;
   EntryCache cache(std::make_unique<DirectoryStore>(folder_), 0);
   const Listener heard(cache);
   cache.keep(nameOf(1), someBytes(1000), context);
-  // As a disk that takes no more than this of a file.
-  rlimit before{};
-  ::getrlimit(RLIMIT_FSIZE, &before);
-  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-  const rlimit small{256, before.rlim_max};
-  ::setrlimit(RLIMIT_FSIZE, &small);
-  for (unsigned i = 2; i < 6; ++i) cache.keep(nameOf(i), someBytes(10'000), context);
-  ::setrlimit(RLIMIT_FSIZE, &before);
-  std::signal(SIGXFSZ, handler);
+  {
+    const FullDisk full;
+    for (unsigned i = 2; i < 6; ++i) cache.keep(nameOf(i), someBytes(10'000), context);
+  }
   EXPECT_EQ(heard.count_, 1) << heard.text_;
   EXPECT_NE(heard.text_.find("nothing more is kept in it"), std::string::npos) << heard.text_;
   EXPECT_EQ(cache.statistics().written, 1u);
@@ -289,9 +304,35 @@ TEST_F(Folder, aDiskThatIsFullIsOneWarning) {
   EXPECT_FALSE(fs::exists(pathOf(nameOf(2)))) << "nothing half written";
 }
 
+// A limit is held by who has only found, and by who has filled the disk.
+TEST_F(Folder, theLimitIsHeldWhereNothingWasWritten) {
+  Context context;
+  DirectoryStore store(folder_);
+  const auto fill = [&] {
+    for (unsigned i = 1; i <= 6; ++i) ASSERT_TRUE(store.put(nameOf(i), sealed(nameOf(i), someBytes(1000))));
+  };
+  const std::uint64_t limit = 3 * sealed(nameOf(1), someBytes(1000)).size();
+  fill();
+  EntryCache finding(std::make_unique<DirectoryStore>(folder_), limit);
+  EXPECT_TRUE(finding.find(nameOf(1), context));
+  finding.finish(context);
+  EXPECT_EQ(collectGarbage(folder_, limit)->removedEntries, 0u);
+  EXPECT_TRUE(fs::exists(pathOf(nameOf(1)))) << "used last";
+  fill();
+  EntryCache filling(std::make_unique<DirectoryStore>(folder_), limit);
+  const Listener heard(filling);
+  {
+    const FullDisk full;
+    filling.keep(nameOf(7), someBytes(10'000), context);
+  }
+  filling.finish(context);
+  EXPECT_EQ(collectGarbage(folder_, limit)->removedEntries, 0u);
+  EXPECT_EQ(heard.count_, 1) << heard.text_;
+}
+
 TEST_F(Folder, oneThatMayNotBeWrittenIsStillRead) {
   Context context;
-  EntryCache cache(std::make_unique<DirectoryStore>(folder_), 0);
+  EntryCache cache(std::make_unique<DirectoryStore>(folder_), 1);
   const Listener heard(cache);
   cache.keep(nameOf(1), someBytes(1000), context);
   const bool isRoot = ::geteuid() == 0;  // whom no permission stops
@@ -303,6 +344,7 @@ TEST_F(Folder, oneThatMayNotBeWrittenIsStillRead) {
   cache.keep(nameOf(2), someBytes(1000), context);
   cache.keep(nameOf(3), someBytes(1000), context);
   const auto found = cache.find(nameOf(1), context);
+  cache.finish(context);  // more than the limit, and left to those who write it
   if (isRoot) {
     ASSERT_EQ(::seteuid(0), 0);
   }

@@ -54,10 +54,10 @@ Status checkFileCounts(const std::string& file, const std::string& text, const B
     if (const auto count = stated.find(info.name); all && count != stated.end() && count->second == info.value)
       stated.erase(count);
   }
-  const Status alone = checkBudgetAlone(chosen, stated);
-  if (alone) return alone;
-  if (!all) return Error{alone.error().code, file + ": " + alone.error().message};
-  logMessage(Severity::warning, file + ": " + alone.error().message + "; the file's is not used");
+  const std::string count = countBesideBudget(chosen, stated);
+  if (count.empty()) return done();
+  if (!all) return Error{ErrorCode::usage, file + ": " + count + "; leave one out"};
+  logMessage(Severity::warning, file + ": " + count + "; the file's is not used");
   return done();
 }
 

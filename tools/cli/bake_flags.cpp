@@ -37,16 +37,15 @@ void addBakeFlags(CLI::App& command, BakeFlags& flags) {
   }
 }
 
-Status checkBudgetAlone(const BakeOptions& options, const std::map<std::string, std::string>& stated) {
-  if (!options.budget.any()) return done();
+std::string countBesideBudget(const BakeOptions& options, const std::map<std::string, std::string>& stated) {
+  if (!options.budget.any()) return "";
   for (const char* name : kBudgetCounts) {
     const auto found = stated.find(name);
     if (found == stated.end() || found->second == "0") continue;
-    return Error{ErrorCode::usage,
-                 std::string("option ") + name + " is " + found->second.substr(0, 40) +
-                     ", and a budget chooses it (--budget-mb, --budget-ms, --max-error); leave one out"};
+    return std::string("option ") + name + " is " + found->second.substr(0, 40) +
+           ", and a budget chooses it (--budget-mb, --budget-ms, --max-error)";
   }
-  return done();
+  return "";
 }
 
 Result<BakeOptions> chooseBakeOptions(const BakeOptions& base, const BakeFlags& flags) {
@@ -60,7 +59,8 @@ Result<BakeOptions> chooseBakeOptions(const BakeOptions& base, const BakeFlags& 
     if (const Status status = setOption(options, name, text); !status) return status.error();
   }
   if (const Status status = checkOptions(options); !status) return status.error();
-  if (const Status status = checkBudgetAlone(options, flags.flagged); !status) return status.error();
+  if (const std::string count = countBesideBudget(options, flags.flagged); !count.empty())
+    return Error{ErrorCode::usage, count + "; leave one out"};
   return options;
 }
 

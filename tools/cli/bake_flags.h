@@ -33,9 +33,9 @@ void addBakeFlags(CLI::App& command, BakeFlags& flags);
 inline constexpr std::array kBudgetCounts = {"surfels.count", "caches.gridCaches", "caches.lightmapCaches",
                                              "links.linksPerCache", "links.maxLinksPerCache"};
 
-// usage: such a count was stated, in these words, and the options have a budget. 0 is no count: it switches a grid or a
-// light map off.
-Status checkBudgetAlone(const BakeOptions& options, const std::map<std::string, std::string>& stated);
+// Says which such count was stated, in these words, where the options have a budget; empty: none. 0 is no count: it
+// switches a grid or a light map off.
+std::string countBesideBudget(const BakeOptions& options, const std::map<std::string, std::string>& stated);
 
 // What the flags start from, --bands, then the other flags. usage: text of the wrong type, a value out of range, a
 // count beside a budget that chooses it.

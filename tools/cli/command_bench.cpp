@@ -171,8 +171,9 @@ struct Measured {
   std::vector<Bake> bakes;
 };
 
-Result<CurvePoint> measurePoint(const Scene& scene, const BakeOptions& options, const BenchArguments& a) {
-  Terminal terminal(a.terminal());
+Result<CurvePoint> measurePoint(const Scene& scene, const BakeOptions& options, const BenchArguments& a,
+                                Terminal& terminal) {
+  terminal.startOver();
   Context& context = terminal.context();
   Result<MeasuredBake> measured = measureBake(scene, options, a.bakes, context);
   if (!measured) return measured.error();
@@ -182,12 +183,12 @@ Result<CurvePoint> measurePoint(const Scene& scene, const BakeOptions& options, 
 }
 
 // The curves over n_S and n_C; everything else as the preset `draft` has it.
-Status measureCurves(const Scene& scene, const BenchArguments& a, BenchReport& report) {
+Status measureCurves(const Scene& scene, const BenchArguments& a, Terminal& terminal, BenchReport& report) {
   for (const std::uint32_t count : a.curve&& a.curveSurfels.empty() ? kCurveSurfels : a.curveSurfels) {
     BakeOptions options = presetOptions(Preset::draft);
     options.surfels.count = count;
     options.links.kind = LinkKind::cone;  // compact links know too few nodes for a million surfels
-    Result<CurvePoint> point = measurePoint(scene, options, a);
+    Result<CurvePoint> point = measurePoint(scene, options, a, terminal);
     if (!point) return point.error();
     report.surfelCurve.push_back(std::move(*point));
   }
@@ -195,7 +196,7 @@ Status measureCurves(const Scene& scene, const BenchArguments& a, BenchReport& r
     BakeOptions options = presetOptions(Preset::draft);
     options.caches.gridCaches = count / 5;
     options.caches.lightmapCaches = count - count / 5;
-    Result<CurvePoint> point = measurePoint(scene, options, a);
+    Result<CurvePoint> point = measurePoint(scene, options, a, terminal);
     if (!point) return point.error();
     report.cacheCurve.push_back(std::move(*point));
   }
@@ -211,14 +212,11 @@ CommandFiles filesOf(const BenchArguments& a) {
   return files;
 }
 
-// A terminal for each bake: its progress and its stages are one bake's.
-Status measureScene(const BenchArguments& a, Measured& measured) {
+Status measureScene(const BenchArguments& a, Terminal& terminal, Measured& measured) {
   BenchReport& report = measured.report;
+  Context& context = terminal.context();
   const auto begin = std::chrono::steady_clock::now();
-  const Result<Scene> scene = [&] {
-    Terminal terminal(a.terminal());
-    return loadScene(a.scene, terminal.context(), toImportOptions(a.sceneOptions));
-  }();
+  const Result<Scene> scene = loadScene(a.scene, context, toImportOptions(a.sceneOptions));
   if (!scene) return scene.error();
   CommandFiles files = filesOf(a);
   files.read("a file of the scene", scene->files);
@@ -227,7 +225,6 @@ Status measureScene(const BenchArguments& a, Measured& measured) {
   report.importSeconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report.scene = printable(scene->name) + ", " + std::to_string(scene->triangleCount()) + " triangles";
   if (a.live) {
-    Terminal terminal(a.terminal());
     const OptionalGl gl(wants(a, "gl"));
     report.renderer = gl.description;
     std::unique_ptr<LiveFrames> onGl;
@@ -240,7 +237,7 @@ Status measureScene(const BenchArguments& a, Measured& measured) {
 #endif
     if (!onGl && !wants(a, "cpu")) return Error{ErrorCode::unsupported, report.renderer};
     auto live = measureLive(*scene, a.liveOptions, wants(a, "cpu") ? a.threads : std::vector<int>(), onGl.get(),
-                            a.bakes, a.repeat, terminal.context());
+                            a.bakes, a.repeat, context);
     if (!live) return live.error();
     report.live = std::move(*live);
     return done();
@@ -248,8 +245,7 @@ Status measureScene(const BenchArguments& a, Measured& measured) {
   for (const Preset preset : a.presets) {
     const Result<BakeOptions> options = chooseBakeOptions(presetOptions(preset), a.flags);
     if (!options) return options.error();
-    Terminal terminal(a.terminal());
-    Context& context = terminal.context();
+    terminal.startOver();
     Result<MeasuredBake> baked = measureBake(*scene, *options, a.bakes, context);
     if (!baked) return baked.error();
     Result<std::vector<RelightTimes>> relight = measureThreads(baked->bake, a, context);
@@ -257,12 +253,10 @@ Status measureScene(const BenchArguments& a, Measured& measured) {
     report.settings.push_back({nameOf(preset), sizesOf(baked->bake), std::move(baked->times), std::move(*relight)});
     measured.bakes.push_back(std::move(baked->bake));
   }
-  return measureCurves(*scene, a, report);
+  return measureCurves(*scene, a, terminal, report);
 }
 
-Status measureBakeFile(const BenchArguments& a, Measured& measured) {
-  Terminal terminal(a.terminal());
-  Context& context = terminal.context();
+Status measureBakeFile(const BenchArguments& a, Context& context, Measured& measured) {
   Result<Bake> file = readBake(a.bakeFile);
   if (!file) return file.error();
   Result<std::vector<RelightTimes>> relight = measureThreads(*file, a, context);
@@ -274,14 +268,12 @@ Status measureBakeFile(const BenchArguments& a, Measured& measured) {
 }
 
 // Last, because a driver's own memory would count as the bakes'.
-Status measureOpenGl(const BenchArguments& a, Measured& measured) {
-  Terminal terminal(a.terminal());
+Status measureOpenGl(const BenchArguments& a, Context& context, Measured& measured) {
   if (a.live) return done();
   const OptionalGl gl(wants(a, "gl"));
   measured.report.renderer = gl.description;
   for (std::size_t i = 0; gl.getProcAddress && i < measured.bakes.size(); ++i) {
-    Result<RelightTimes> times =
-        measureGl(measured.bakes[i], bandsOf(a), gl.getProcAddress, a.repeat, terminal.context());
+    Result<RelightTimes> times = measureGl(measured.bakes[i], bandsOf(a), gl.getProcAddress, a.repeat, context);
     if (!times) return times.error();
     measured.report.settings[i].relight.push_back(std::move(*times));
   }
@@ -294,10 +286,9 @@ int runBench(const BenchArguments& a) {
     if (const Result<BakeOptions> options = chooseBakeOptions(presetOptions(preset), a.flags); !options)
       return fail(options.error());
   }
-  {
-    Terminal terminal(a.terminal());
-    if (const Status status = checkOutputs(filesOf(a), terminal.context()); !status) return fail(status.error());
-  }
+  Terminal terminal(a.terminal());
+  Context& context = terminal.context();
+  if (const Status status = checkOutputs(filesOf(a), context); !status) return fail(status.error());
 
   Measured all;
   BenchReport& report = all.report;
@@ -307,8 +298,9 @@ int runBench(const BenchArguments& a) {
   report.machine = describeMachine();
   report.bakeThreads = a.terminal().threads;
 
-  Status measured = a.bakeFile.empty() ? measureScene(a, all) : measureBakeFile(a, all);
-  if (measured) measured = measureOpenGl(a, all);
+  Status measured = a.bakeFile.empty() ? measureScene(a, terminal, all) : measureBakeFile(a, context, all);
+  if (measured) measured = measureOpenGl(a, context, all);
+  terminal.finish();
   if (!measured) return fail(measured.error());
 
   const std::string page = toMarkdown(report);

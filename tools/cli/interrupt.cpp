@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// See interrupt.h. The handler only sets a flag and posts a semaphore, which are all it may do. A thread of the guard
-// waits for the semaphore, so that no other thread has to respond for the process to end.
+// See interrupt.h. The handler only sets a flag and posts a semaphore, or ends the process, which are all it may do. A
+// thread of the guard waits for the semaphore, so that no other thread has to respond for the process to end.
 #include "tools/cli/interrupt.h"
 
 #include "formats/file_io.h"
@@ -21,7 +21,7 @@
 namespace relume {
 namespace {
 
-std::atomic<bool> interrupted{false}, messageClaimed{false};
+std::atomic<bool> guarded{false}, interrupted{false}, messageClaimed{false};
 
 // Posted by the first signal and by a guard that is destroyed. A guard asks for it first, so that the handler finds it
 // initialized.
@@ -31,19 +31,17 @@ sem_t* wake() {
   return ready ? &semaphore : nullptr;
 }
 
-void onSignal(int number) {
-  if (interrupted.exchange(true)) {
-    if (number == SIGHUP) return;  // a terminal that is closed sends it twice, by the shell and by the kernel
-    ::signal(number, SIG_DFL);
-    ::raise(number);
-    return;
-  }
-  ::sem_post(wake());
+void onSignal(int) {
+  if (!guarded.load()) ::_exit(kCancelled);
+  // Others that follow say the same: a terminal that is closed and `timeout` send two, the latter to the process and to
+  // its group.
+  if (!interrupted.exchange(true)) ::sem_post(wake());
 }
 
 // Unless whoever started the process had it ignored: nohup, a shell in the background.
-void handle(int number, struct sigaction& old) {
-  struct sigaction action {};
+void handle(int number) {
+  struct sigaction action {
+  }, old{};
   action.sa_handler = onSignal;
   sigemptyset(&action.sa_mask);
   if (::sigaction(number, nullptr, &old) == 0 && old.sa_handler != SIG_IGN) ::sigaction(number, &action, nullptr);
@@ -75,8 +73,6 @@ void writeToStderr(const std::string& text) {
 struct InterruptGuard::State {
   std::atomic<bool> stop{false};
   std::thread thread;
-  struct sigaction oldInt {
-  }, oldTerm{}, oldHangup{};
 };
 
 InterruptGuard::InterruptGuard(Context& context, bool hasBar) : state_(std::make_unique<State>()) {
@@ -93,15 +89,14 @@ InterruptGuard::InterruptGuard(Context& context, bool hasBar) : state_(std::make
     if (claimLastMessage()) writeToStderr(std::string(hasBar ? "\r\033[K" : "") + lastMessage("cancelled"));
     ::_exit(kCancelled);
   });
-  handle(SIGINT, s.oldInt);
-  handle(SIGHUP, s.oldHangup);
-  handle(SIGTERM, s.oldTerm);
+  guarded = true;
+  handle(SIGINT);
+  handle(SIGHUP);
+  handle(SIGTERM);
 }
 
 InterruptGuard::~InterruptGuard() {
-  ::sigaction(SIGINT, &state_->oldInt, nullptr);
-  ::sigaction(SIGHUP, &state_->oldHangup, nullptr);
-  ::sigaction(SIGTERM, &state_->oldTerm, nullptr);
+  guarded = false;
   state_->stop = true;
   ::sem_post(wake());
   state_->thread.join();

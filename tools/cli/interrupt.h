@@ -14,8 +14,9 @@ namespace relume {
 inline constexpr double kGrace = 0.3;  // [s] from the signal until the process is ended
 
 // For its lifetime, the first signal cancels `context`; if the guard still lives kGrace later, the temporaries of
-// unfinished writes are removed, "cancelled" is printed, and the process ends with kCancelled. A second signal, but for
-// SIGHUP, ends it at once. One guard at a time.
+// unfinished writes are removed, "cancelled" is printed, and the process ends with kCancelled. Signals that follow say
+// the same: `timeout` sends two. Once the guard is gone, what is left is to end: a signal ends the process at once,
+// with kCancelled. One guard at a time.
 class InterruptGuard {
  public:
   // `hasBar`: stderr may show a progress bar, which is cleared before the message.

@@ -26,7 +26,6 @@
 #include <new>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <vector>
 
 namespace relume {
@@ -40,18 +39,25 @@ int fail(const Error& error) {
 
 namespace {
 
+// What an exception means to who called the program. Exceptions of several types say that a thread cannot be started,
+// all in the system's words.
+std::string reasonOf(const std::exception& e) {
+  if (std::string_view(e.what()).ends_with(std::strerror(EAGAIN)))
+    return "a thread cannot be started: the system's limit is reached (ulimit -u), or there is no memory for it; give "
+           "fewer with --threads, or raise the limit";
+  return dynamic_cast<const std::bad_alloc*>(&e) != nullptr ? "out of memory" : e.what();
+}
+
 // Packages may throw where nobody can catch it: oneTBB does when the system has no memory for its threads.
 [[noreturn]] void endAfterUncaught() {
-  const char* what = "unknown failure";
-  std::string text;
+  std::string reason = "unknown failure";
   try {
     if (const std::exception_ptr current = std::current_exception()) std::rethrow_exception(current);
   } catch (const std::exception& e) {
-    text = e.what();
-    what = text.c_str();
+    reason = reasonOf(e);
   } catch (...) {
   }
-  std::fputs(lastMessage(what).c_str(), stderr);
+  std::fputs(lastMessage(reason).c_str(), stderr);
   std::_Exit(exitCode(ErrorCode::failed));
 }
 
@@ -148,15 +154,8 @@ int run(int argc, char** argv) {
   try {
     const int status = action();
     return status == exitCode(ErrorCode::failed) && interruptedBySignal() ? kCancelled : status;
-  } catch (const std::bad_alloc&) {
-    return fail({ErrorCode::failed, "out of memory"});
-  } catch (const std::system_error& e) {
-    if (e.code() != std::errc::resource_unavailable_try_again) return fail({ErrorCode::failed, e.what()});
-    return fail({ErrorCode::failed,
-                 "a thread cannot be started: the system's limit is reached (ulimit -u); give fewer with --threads, or "
-                 "raise the limit"});
   } catch (const std::exception& e) {
-    return fail({ErrorCode::failed, e.what()});
+    return fail({ErrorCode::failed, reasonOf(e)});
   }
 }
 

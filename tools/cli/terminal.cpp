@@ -11,8 +11,10 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -45,6 +47,12 @@ bool canRedraw() {
   return ::isatty(STDERR_FILENO) != 0 && kind != nullptr && *kind != 0 && std::string_view(kind) != "dumb";
 }
 
+// Of the terminal behind stderr; 80 where it does not say.
+std::size_t columnsOfTerminal() {
+  winsize size{};
+  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
 spdlog::level::level_enum levelOf(Severity severity) {
   switch (severity) {
     case Severity::info:
@@ -64,14 +72,14 @@ std::string jsonMessage(Severity severity, std::string_view text) {
   return jsonText(line, -1) + "\n";
 }
 
-std::atomic<bool> lastInJson{false};
+std::atomic<bool> toldInJson{false};
 
 }  // namespace
 
-void tellInJson(bool json) { lastInJson = json; }
+void tellInJson(bool json) { toldInJson = json; }
 
 std::string lastMessage(const std::string& text) {
-  return lastInJson ? jsonMessage(Severity::error, text) : "relume: error: " + printableLines(text) + "\n";
+  return toldInJson ? jsonMessage(Severity::error, text) : "relume: error: " + printableLines(text) + "\n";
 }
 
 struct Terminal::State {
@@ -111,15 +119,30 @@ struct Terminal::State {
   void printLine(const Told& told);
 };
 
-// "links        [=========           ]  45 %  whole 72 %  12 s left"
+// "links        [=========           ]  45 %  whole 72 %  12 s left", with a shorter bar where the terminal is narrow:
+// what goes on in the next line could not be drawn again.
 void Terminal::State::drawBar(const Told& told) {
-  constexpr int kWidth = 30;
-  char bars[kWidth + 1] = {};
-  for (int i = 0; i < kWidth; ++i) bars[i] = i < static_cast<int>(fraction * kWidth + 0.5) ? '=' : ' ';
-  std::fprintf(stderr, "\r\033[K%-12s [%s] %3.0f %%", printable(stage).c_str(), bars, 100.0 * fraction);
-  if (overall.known()) std::fprintf(stderr, "  whole %.0f %%", 100.0 * told.overall);
+  constexpr std::size_t kBar = 30, kName = 12;
+  std::string line = printable(stage);
+  line.resize(std::max(line.size(), kName), ' ');
+  char text[64];
+  std::snprintf(text, sizeof(text), "] %3.0f %%", 100.0 * fraction);
+  std::string behind = text;
+  if (overall.known()) {
+    std::snprintf(text, sizeof(text), "  whole %.0f %%", 100.0 * told.overall);
+    behind += text;
+  }
   const double left = overall.known() ? told.overallSecondsLeft : told.left;
-  if (left > 0.5) std::fprintf(stderr, "  %.0f s left", left);
+  if (left > 0.5) {
+    std::snprintf(text, sizeof(text), "  %.0f s left", left);
+    behind += text;
+  }
+  line += " [";
+  const std::size_t room = columnsOfTerminal() - 1, besides = line.size() + behind.size();
+  const std::size_t width = std::min(kBar, room - std::min(room, besides));
+  const auto filled = static_cast<std::size_t>(fraction * static_cast<double>(width) + 0.5);
+  line += std::string(filled, '=') + std::string(width - filled, ' ') + behind;
+  std::fprintf(stderr, "\r\033[K%s", line.substr(0, room).c_str());
   std::fflush(stderr);
   lineOpen = true;
 }
@@ -245,6 +268,10 @@ void addMemoryOption(CLI::App& command, std::uint64_t& maxMemory) {
 }
 
 void logMessage(Severity severity, const std::string& text) {
+  if (toldInJson) {
+    std::fputs(jsonMessage(severity, text).c_str(), stderr);
+    return;
+  }
   constexpr std::string_view kNextLine = "\n  ";
   std::string shown;
   std::string_view rest = text;
@@ -270,8 +297,7 @@ Terminal::Terminal(const TerminalOptions& options, ProgressPlan plan) : state_(s
     if (s.style == ProgressStyle::none && severity == Severity::info) return;
     const std::lock_guard lock(s.mutex);
     s.closeLine();
-    if (s.style != ProgressStyle::json) return logMessage(severity, std::string(message));
-    std::fputs(jsonMessage(severity, message).c_str(), stderr);
+    logMessage(severity, std::string(message));
   };
 
   s.guard = std::make_unique<InterruptGuard>(s.context, s.bar);
@@ -288,6 +314,14 @@ Terminal::~Terminal() {
   finish();
   state_->stop = true;
   if (state_->watcher.joinable()) state_->watcher.join();
+}
+
+void Terminal::startOver() {
+  const std::lock_guard lock(state_->mutex);
+  state_->stage.clear();
+  state_->fraction = -1.0;
+  state_->stageBegin.clear();
+  state_->stagesDone.clear();
 }
 
 Context& Terminal::context() { return state_->context; }

@@ -44,6 +44,8 @@ class Terminal {
   Terminal& operator=(const Terminal&) = delete;
 
   Context& context();
+  // What follows has the same stages as what is done, and they are new.
+  void startOver();
   // Clear the bar's line before results are printed.
   void finish();
 
@@ -52,11 +54,11 @@ class Terminal {
   std::unique_ptr<State> state_;
 };
 
-// A message outside of a context, on stderr: "relume: warning: text". Lines that it goes on in are indented by two
-// spaces; every other line end is one of a name and is shown as \n.
+// A message outside of a context, on stderr: "relume: warning: text", or JSON. Lines that it goes on in are indented by
+// two spaces; every other line end is one of a name and is shown as \n.
 void logMessage(Severity severity, const std::string& text);
 
-// Whether the process ends its messages in JSON, as --progress json has the others; false until called.
+// Whether the process writes its messages in JSON, as --progress json has them; false until called.
 void tellInJson(bool json);
 
 // The line, or lines, that a command which failed ends with, with their line ends: "relume: error: text", or JSON.

@@ -97,7 +97,7 @@ class Placer {
     Result<Lightmap> filled =
         fillAtlas(scene_, set_, trial.texels, trial.shared, request, *plan, gutter_, result.corners, seams_, context_);
     if (context_.cancelled()) return cancelledError();
-    if (!filled) return refusedByOptions(filled.error()).error();
+    if (!filled) return refusedByMemory(filled.error()).error();
     result.lightmap = std::move(*filled);
     report(trial, *plan, request);
     warnAboutLightmap(playSpace_, prober_, set_, trial.texels, trial.shared, options_, hasGrid_, context_);
@@ -161,7 +161,7 @@ class Placer {
     const double kept = sizeof(PatchTexel) * texels + sizeof(ChartPoint) * spots;
     const double bytes = kBesideBytes + kPatchBytes * static_cast<double>(set_.patches.size()) + kept +
                          std::max(kGrowth * kept + kSampledBytes * largest, kSharedBytes * texels);
-    return refusedByOptions(reserveMemory(context_, "light map", bytes, text.data(), remedy()));
+    return refusedByMemory(reserveMemory(context_, "light map", bytes, text.data(), remedy()));
   }
 
   // For the light map and where triangles read it, while caches are placed; and for the latter as the file has it.
@@ -185,16 +185,16 @@ class Placer {
                          sizeof(TriangleCorners) * (corners + kGrowth * 2.0 * atOnce);
     const std::string what = std::to_string(size.x) + " x " + std::to_string(size.y) + " texels and " +
                              std::to_string(scene_.triangleCount()) + " triangles";
-    if (Status ok = refusedByOptions(reserveMemory(context_, "light map", bytes, what, remedy())); !ok) return ok;
-    return refusedByOptions(
+    if (Status ok = refusedByMemory(reserveMemory(context_, "light map", bytes, what, remedy())); !ok) return ok;
+    return refusedByMemory(
         expectMemory(context_, "light map", sizeof(TriangleCorners) * sides * triangles,
                      "the coordinates of " + std::to_string(scene_.triangleCount()) + " triangles in the bake",
                      "leave far or small instances out of the level"));
   }
 
-  // A light map that is too large is an error of the options: refuse it, instead of leaving it out with a warning.
-  static Status refusedByOptions(Status status) {
-    if (!status) status.error().code = ErrorCode::usage;
+  // Told from what else fails, with which the light map is left out.
+  static Status refusedByMemory(Status status) {
+    if (!status) status.error().code = ErrorCode::memory;
     return status;
   }
 

@@ -17,7 +17,8 @@ struct PlacedLightmap {
   MapCorners corners;                // in place of the light map's own
 };
 
-// hasGrid: what gets no cache here reads the grid; it stays dark otherwise.
+// hasGrid: what gets no cache here reads the grid; it stays dark otherwise. memory: it is larger than the process may
+// hold. failed: there is none in this level.
 Result<PlacedLightmap> placeLightmap(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
                                      bool hasGrid, Context& context);
 
