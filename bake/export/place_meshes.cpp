@@ -2,6 +2,7 @@
 // See place_meshes.h.
 #include "bake/export/place_meshes.h"
 
+#include "bake/export/vertex_data.h"
 #include "bake/import/gltf_accessors.h"
 
 #include <algorithm>
@@ -92,9 +93,12 @@ class Placer {
     return static_cast<int>(all.size()) - 1;
   }
 
+  static std::string attributePath(std::uint32_t node, const std::string& name) {
+    return jsonPath("nodes", static_cast<int>(node)) + ".extensions." + kInstancing + "." + name;
+  }
+
   Result<const AccessorValues*> instanceValues(std::uint32_t node, const std::string& name, const json& accessor) {
-    const std::string where = jsonPath("nodes", static_cast<int>(node)) + ".extensions." + kInstancing + "." + name;
-    return reader_.floats(accessor.get<int>(), 1, 4, where);
+    return reader_.floats(accessor.get<int>(), 1, 4, attributePath(node, name));
   }
 
   Result<std::size_t> countCopies(std::uint32_t node) {
@@ -120,8 +124,12 @@ class Placer {
       const auto values = instanceValues(n, name, accessor);
       if (!values) return values.error();
       const auto components = static_cast<std::size_t>((*values)->components);
-      for (std::size_t i = 0; i < (*values)->count; ++i)
-        setAttribute(name, std::span(&(*values)->values[i * components], components), copies[i]);
+      for (std::size_t i = 0; isTransform(name) && i < (*values)->count; ++i)
+        setTransform(name, std::span(&(*values)->values[i * components], components), copies[i]);
+      if (isTransform(name)) continue;
+      const Result<std::vector<json>> said = saidOfInstances(n, name, accessor.get<int>(), **values);
+      if (!said) return said.error();
+      for (std::size_t i = 0; i < said->size(); ++i) copies[i]["extras"]["relume"]["gpuInstance"][name] = (*said)[i];
     }
     json children = json::array();
     for (std::size_t i = 0; i < copies.size(); ++i) {
@@ -145,8 +153,32 @@ class Placer {
     return done();
   }
 
-  // Write an attribute of a GPU instance to its node: as its translation, rotation or scale, or else into the extras.
-  static void setAttribute(const std::string& name, std::span<const float> values, json& node) {
+  static bool isTransform(const std::string& name) {
+    return name == "TRANSLATION" || name == "ROTATION" || name == "SCALE";
+  }
+
+  // An attribute that places nothing, for each GPU instance.
+  Result<std::vector<json>> saidOfInstances(std::uint32_t node, const std::string& name, int accessor,
+                                            const AccessorValues& values) {
+    std::vector<json> said;
+    const json& described = document_.root["accessors"][static_cast<std::size_t>(accessor)];
+    if (described.value("normalized", false)) {
+      const auto components = static_cast<std::size_t>(values.components);
+      for (std::size_t i = 0; i < values.count; ++i) {
+        const std::span numbers(&values.values[i * components], components);
+        said.push_back(components == 1 ? json(numbers.front()) : json(std::vector(numbers.begin(), numbers.end())));
+      }
+      return said;
+    }
+    const Result<RawElements> elements = readRaw(document_, accessor, attributePath(node, name));
+    if (!elements) return elements.error();
+    for (std::size_t i = 0; i < elements->count(); ++i)
+      said.push_back(numbersOf(described, std::span(elements->bytes).subspan(i * elements->size, elements->size)));
+    return said;
+  }
+
+  // Write an attribute of a GPU instance to its node as its translation, rotation or scale.
+  static void setTransform(const std::string& name, std::span<const float> values, json& node) {
     std::vector<double> numbers(values.begin(), values.end());
     if (name == "ROTATION" && numbers.size() == 4) {
       double squared = 0.0;
@@ -160,10 +192,8 @@ class Placer {
       node["rotation"] = numbers;
     } else if (name == "TRANSLATION") {
       node["translation"] = numbers;
-    } else if (name == "SCALE") {
-      node["scale"] = numbers;
     } else {
-      node["extras"]["relume"]["gpuInstance"][name] = numbers.size() == 1 ? json(numbers.front()) : json(numbers);
+      node["scale"] = numbers;
     }
   }
 

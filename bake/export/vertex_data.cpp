@@ -38,6 +38,30 @@ void append(std::vector<std::uint8_t>& bytes, T value) {
 }
 
 template <class T>
+json numberAt(const std::uint8_t* bytes) {
+  T value;
+  std::memcpy(&value, bytes, sizeof value);
+  return value;
+}
+
+json componentAt(const std::uint8_t* bytes, int type) {
+  switch (type) {
+    case kByte:
+      return numberAt<std::int8_t>(bytes);
+    case kUnsignedByte:
+      return numberAt<std::uint8_t>(bytes);
+    case kShort:
+      return numberAt<std::int16_t>(bytes);
+    case kUnsignedShort:
+      return numberAt<std::uint16_t>(bytes);
+    case kUnsignedInt:
+      return numberAt<std::uint32_t>(bytes);
+    default:
+      return numberAt<float>(bytes);
+  }
+}
+
+template <class T>
 void appendRounded(std::vector<std::uint8_t>& bytes, float value, bool normalized) {
   const double max = static_cast<double>(std::numeric_limits<T>::max()),
                min = static_cast<double>(std::numeric_limits<T>::lowest());
@@ -182,6 +206,14 @@ Result<RawElements> readRaw(const LevelDocument& document, int accessor, const s
     std::memcpy(&out.bytes[element * out.size], &values[i * out.size], out.size);
   }
   return out;
+}
+
+json numbersOf(const json& accessor, std::span<const std::uint8_t> element) {
+  const int type = accessor["componentType"].get<int>();
+  json numbers = json::array();
+  for (std::size_t at = 0; at < element.size(); at += componentBytes(type))
+    numbers.push_back(componentAt(&element[at], type));
+  return numbers.size() == 1 ? numbers.front() : numbers;
 }
 
 Result<RawElements> encodeRaw(const LevelDocument& document, int accessor, const AccessorValues& values,

@@ -27,6 +27,10 @@ struct RawElements {
 // invalidFile: no such accessor, a type that glTF does not know, bytes that are not there.
 Result<RawElements> readRaw(const LevelDocument& document, int accessor, const std::string& where);
 
+// An element's numbers as JSON, alone or in an array: those of integer types to the last digit. No matrix, and nothing
+// that is normalised.
+nlohmann::json numbersOf(const nlohmann::json& accessor, std::span<const std::uint8_t> element);
+
 // Numbers as elements of an accessor's component type: the way back from AccessorReader's and Draco's floats.
 Result<RawElements> encodeRaw(const LevelDocument& document, int accessor, const AccessorValues& values,
                               const std::string& where);

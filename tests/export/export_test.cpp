@@ -353,11 +353,13 @@ TEST(ExportLevel, gpuInstancesBecomeNodes) {
   ASSERT_EQ(rows["children"].size(), 4u);
   EXPECT_EQ(e.after["nodes"][rows["children"][3].get<std::size_t>()]["name"], "rows_child");
   std::set<int> meshes;
+  const json ages = {0.0f, 0.2f, 1.0f};
   for (std::size_t i = 0; i < 3; ++i) {
     const json& node = e.after["nodes"][rows["children"][i].get<std::size_t>()];
     EXPECT_EQ(node["name"], "rows#" + std::to_string(i));
     EXPECT_EQ(node["weights"], json({0.25}));
-    EXPECT_EQ(node["extras"]["relume"]["gpuInstance"]["_ID"], 10.0 + static_cast<double>(i));
+    const json said = {{"_ID", 4000000001 + i}, {"_WIND", {1.0 + static_cast<double>(i), 0.5}}, {"_AGE", ages[i]}};
+    EXPECT_EQ(node["extras"]["relume"]["gpuInstance"], said);
     meshes.insert(node["mesh"].get<int>());
   }
   EXPECT_EQ(meshes.size(), 3u);

@@ -115,7 +115,10 @@ GltfBuilder madeLevel() {
       {"TRANSLATION", b.floats({0, 0, 0, 1, 0.1f, 0, 2.3f, 0, 0}, "VEC3")},
       {"ROTATION",
        b.accessor(b.view(std::vector<std::int8_t>{0, 0, 0, 127, 0, 90, 0, 90, 0, 0, 0, 127}), 5120, 3, "VEC4", true)},
-      {"_ID", b.floats({10, 11, 12}, "SCALAR")}};
+      {"_ID", b.accessor(b.view(std::vector<std::uint32_t>{4000000001, 4000000002, 4000000003}), 5125, 3, "SCALAR")},
+      {"_WIND", b.floats({1, 0.5f, 2, 0.5f, 3, 0.5f}, "VEC2")},
+      {"_AGE", b.accessor(b.view(std::vector<std::uint8_t>{0, 0, 0, 0, 51, 0, 0, 0, 255, 0, 0, 0}, 4), 5121, 3,
+                          "SCALAR", true)}};
   const int lamp =
       b.node({{"name", "lamp"}, {"translation", {2, 3, 2}}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
   b.root["nodes"].push_back({{"name", "rows_child"}, {"translation", {0, 1, 0}}});
