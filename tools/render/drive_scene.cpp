@@ -124,8 +124,6 @@ std::vector<std::string> emissionFiles(const std::vector<std::string>& texts) {
   return files;
 }
 
-bool isDrivable(const Material& m) { return m.drivable || m.emission != glm::vec3(0.0f); }
-
 Result<std::vector<DrivenMaterial>> readEmissions(const std::vector<std::string>& texts, Context& context) {
   const MemoryCheck fits = [&context](double bytes, const std::string& what) {
     return reserveMemory(context, "emission", bytes, what, "use a smaller one");

@@ -29,7 +29,7 @@ struct DrivenMaterial {
 };
 
 // Whether it emits, or may be made to (relume/emitters.h).
-bool isDrivable(const Material& material);
+inline bool isDrivable(const Material& m) { return m.drivable || m.emission != glm::vec3(0.0f); }
 
 void addEmissionOption(CLI::App& command, std::vector<std::string>& texts);
 
