@@ -123,10 +123,12 @@ class Placer {
     for (const auto& [name, accessor] : node["extensions"][kInstancing]["attributes"].items()) {
       const auto values = instanceValues(n, name, accessor);
       if (!values) return values.error();
-      const auto components = static_cast<std::size_t>((*values)->components);
-      for (std::size_t i = 0; isTransform(name) && i < (*values)->count; ++i)
-        setTransform(name, std::span(&(*values)->values[i * components], components), copies[i]);
-      if (isTransform(name)) continue;
+      if (isTransform(name)) {
+        const auto components = static_cast<std::size_t>((*values)->components);
+        for (std::size_t i = 0; i < (*values)->count; ++i)
+          setTransform(name, std::span(&(*values)->values[i * components], components), copies[i]);
+        continue;
+      }
       const Result<std::vector<json>> said = saidOfInstances(n, name, accessor.get<int>(), **values);
       if (!said) return said.error();
       for (std::size_t i = 0; i < said->size(); ++i) copies[i]["extras"]["relume"]["gpuInstance"][name] = (*said)[i];
