@@ -152,23 +152,30 @@ bool isBehindOthers(ivec3 v, ivec3 from) {
          isOccupied(v + ivec3(0, 0, from.z));
 }
 
-// Of a layer's voxel. across: as march() has it; VoxelLayer::isDark() with that.
-vec3 radianceOf(bool moves, uint number, vec3 way, int across) {
-  if (number >= (moves ? relumeLiveEnd.y : relumeLiveEnd.x)) return vec3(0.0);
+// What a ray meets of a layer's voxel.
+struct Met {
+  bool isFront;
+  vec3 radiance;
+  uint emitters;  // VoxelLayer::emitters, 0 where not asked for
+};
+
+// mayEmit: whether `emitters` is asked for, which takes another read where the ray meets the front.
+Met metIn(bool moves, uint number, vec3 way, bool mayEmit) {
+  if (number >= (moves ? relumeLiveEnd.y : relumeLiveEnd.x)) return Met(true, vec3(0.0), 0u);
   vec4 front = texelFetch(relumeLiveRadiance, sideAt(2u * number), 0);
   uint axis = uint(front.w);
   vec3 toward = vec3(axis >> 16 & 255u, axis >> 8 & 255u, axis & 255u) - 128.0;
-  bool isFront = dot(toward, way) < 0.0, mayEmit = relumeLiveEmits != 0u && across >= 0;
-  if (isFront && !mayEmit) return front.rgb;
+  bool isFront = dot(toward, way) < 0.0;
+  if (isFront && !mayEmit) return Met(true, front.rgb, 0u);
   vec4 back = texelFetch(relumeLiveRadiance, sideAt(2u * number + 1u), 0);
-  if (mayEmit) {
-    uint bits = uint(back.w), face = 2u * uint(across) + (way[across] > 0.0 ? 0u : 1u);
-    if ((bits >> face & 1u) != 0u && (bits >> (isFront ? 6 : 7) & 1u) != 0u) return vec3(0.0);
-  }
-  return isFront ? front.rgb : back.rgb;
+  return Met(isFront, isFront ? front.rgb : back.rgb, mayEmit ? uint(back.w) : 0u);
 }
 
+// VoxelLayer::emitsToward()
+bool emitsToward(Met met) { return (met.emitters >> (met.isFront ? 6 : 7) & 1u) != 0u; }
+
 vec3 radianceMet(ivec3 v, uint sub, int across, vec3 way) {
+  bool emits = relumeLiveEmits != 0u;
   ivec3 from = 2 * ivec3(lessThan(way, vec3(0.0))) - 1;
   if (isOccupied(v) && isBehindOthers(v, from)) {
     for (int a = 0; a < 3; ++a) {
@@ -177,7 +184,8 @@ vec3 radianceMet(ivec3 v, uint sub, int across, vec3 way) {
       if (isBehindOthers(beside, from)) continue;
       uint moving = relumeLiveMoves != 0u ? numberAt(true, beside) : kRelumeLiveNone;
       bool moves = moving != kRelumeLiveNone;
-      return radianceOf(moves, moves ? moving : numberAt(false, beside), way, -1);
+      Met met = metIn(moves, moves ? moving : numberAt(false, beside), way, emits);
+      if (!emitsToward(met)) return met.radiance;
     }
   }
   bool moves = relumeLiveMoves != 0u &&
@@ -190,7 +198,11 @@ vec3 radianceMet(ivec3 v, uint sub, int across, vec3 way) {
     beside[a] += at[a] < 2 ? -1 : 1;
     if (relumeLiveHolds(beside)) number = numberAt(moves, beside);
   }
-  return radianceOf(moves, number, way, across);
+  Met met = metIn(moves, number, way, emits && across >= 0);
+  // VoxelLayer::isDark()
+  uint face = 2u * uint(max(across, 0)) + (way[max(across, 0)] > 0.0 ? 0u : 1u);
+  bool isDark = emitsToward(met) && (met.emitters >> face & 1u) != 0u;
+  return isDark ? vec3(0.0) : met.radiance;
 }
 
 #ifdef RELUME_LIVE_NESTED

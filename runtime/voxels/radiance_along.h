@@ -48,14 +48,16 @@ inline bool isBehindOthers(const VoxelVolume& volume, const glm::ivec3& voxel, c
   return true;
 }
 
-// Radiance of what a ray meets: of the voxel, or where that is behind others of one before it that is not.
+// Radiance of what a ray meets: of the voxel, or where that is behind others of one before it that is not and that does
+// not emit: a ceiling a hand above a lamp does not shine as the lamp does.
 inline glm::vec3 radianceMet(const VoxelVolume& volume, const MarchHit& hit, const glm::vec3& direction) {
   const glm::ivec3 from = 2 * glm::ivec3(glm::lessThan(direction, glm::vec3(0.0f))) - 1;
   if (volume.isOccupied(hit.voxel) && isBehindOthers(volume, hit.voxel, from)) {
     for (int a = 0; a < 3; ++a) {
       glm::ivec3 beside = hit.voxel;
       beside[a] += from[a];
-      if (!isBehindOthers(volume, beside, from)) return volume.radianceAt(beside, direction);
+      if (!isBehindOthers(volume, beside, from) && !volume.emitsAt(beside, direction))
+        return volume.radianceAt(beside, direction);
     }
   }
   return volume.radianceAt(hit, direction);

@@ -75,13 +75,16 @@ struct VoxelLayer {
     }
     return kNoVoxel;
   }
+  // Whether the side of a voxel that a ray of this direction meets emits.
+  bool emitsToward(std::uint32_t number, const glm::vec3& direction) const {
+    return !emitters.empty() && number < kept &&
+           (emitters[number] & (isFront(axis[number], direction) ? kFrontEmits : kBackEmits)) != 0;
+  }
   // Whether a ray of this direction that comes into a sub-voxel of it across a plane of this axis has passed all that
   // emits there: an emitter is flat, and the rim of its sub-voxels would shine where it is seen at a grazing angle.
   bool isDark(std::uint32_t number, int across, const glm::vec3& direction) const {
-    if (emitters.empty() || number >= kept || emitters[number] == 0) return false;
-    const unsigned emits = emitters[number];
-    return (emits >> faceBit(across, direction[across] > 0.0f) & 1u) != 0 &&
-           (emits & (isFront(axis[number], direction) ? kFrontEmits : kBackEmits)) != 0;
+    return emitsToward(number, direction) &&
+           (unsigned{emitters[number]} >> faceBit(across, direction[across] > 0.0f) & 1u) != 0;
   }
   std::uint32_t sideCount() const { return 2 * kept; }
   // Voxels of a cell that are kept.

@@ -170,6 +170,12 @@ class VoxelVolume {
 
   // Both sides of an occupied voxel that has sides, of what moves as above.
   std::array<SideAt, 2> sidesAt(const glm::ivec3& voxel) const;
+  // Whether what a ray of this direction meets of an occupied voxel emits; of what moves as above.
+  bool emitsAt(const glm::ivec3& voxel, const glm::vec3& direction) const {
+    if (!emits_) return false;
+    const VoxelLayer& layer = movesIn(voxel) ? moving_ : *standing_;
+    return layer.emitsToward(layer.numberOf(grid_, voxel), direction);
+  }
   // Whether what it meets is the back of surfaces.
   bool meetsBack(const glm::ivec3& voxel, const glm::vec3& direction) const;
 

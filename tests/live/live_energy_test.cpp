@@ -141,6 +141,27 @@ TEST(LiveCaches, aPanelShinesByTheAreaThatItShows) {
   }
 }
 
+// What lies behind its voxels does not shine with it, as the ceiling right above does through the gap.
+TEST(LiveCaches, aPanelRightBelowTheCeilingShinesByItsOwnArea) {
+  const glm::vec3 u(0.5f, 0, 0), v(0, 0, 0.5f);
+  for (const float y : {2.86f, 2.88f, 2.9f, 2.92f, 2.94f}) {
+    VoxelLevel level;
+    level.surfaces = {{glm::vec3(0.0f)}, {glm::vec3(0.0f), glm::vec3(3.0f)}};
+    level.addBox({0, 0, 0}, {4, 3, 4}, true);
+    const glm::vec3 middle(2, y, 2);
+    level.addQuad(middle - u - v, middle + u - v, middle + u + v, middle - u + v, 1);  // faces down
+    VoxelVolume volume = volumeOf(level, coarse(16));
+    volume.reflect({}, glm::vec3(1.0f));
+    double found = 0.0, expected = 0.0;
+    for (const glm::vec3& place :
+         {glm::vec3(3.7f, 2.7f, 2.1f), glm::vec3(0.3f, 2.6f, 1.8f), glm::vec3(1.9f, 2.75f, 0.4f)}) {
+      found += fluenceAt(volume, place);
+      expected += fluenceOf(middle, u, v, 3.0f, place);
+    }
+    EXPECT_NEAR(found, expected, 0.1 * expected) << y;
+  }
+}
+
 // A lamp thinner than a voxel shines on all its sides.
 TEST(LiveCaches, aThinLampShinesOnItsSides) {
   VoxelLevel level;
