@@ -34,6 +34,9 @@ int light(const std::string& glb, const std::string& relume, const char* picture
     return fail({relume::ErrorCode::invalidFile, relume + " is not the bake that " + glb + " was exported with"});
   if (bake->links.kind == relume::LinkKind::irradiance)
     return fail({relume::ErrorCode::usage, relume + " has irradiance links, the picture's shader is for others"});
+  if (bake->caches.grid.resolution.x == 0)
+    std::fprintf(stderr, "%s: no grid, so that backs get no indirect light: bake without --grid-caches 0\n",
+                 relume.c_str());
   Device device;
   if (relume::Status opened = device.open(); !opened) return fail(opened.error());
 

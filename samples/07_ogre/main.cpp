@@ -85,6 +85,9 @@ relume::Status play(const Arguments& arguments, Ogre::Root& root, Ogre::RenderWi
   if (level->bakeScene != bake->provenance.sceneHash)
     return relume::Error{relume::ErrorCode::invalidFile,
                          arguments.bake + " is not the bake that " + arguments.level + " was exported with"};
+  if (bake->caches.grid.resolution.x == 0)
+    std::fprintf(stderr, "%s: no grid, so that what moves gets no indirect light: bake without --grid-caches 0\n",
+                 arguments.bake.c_str());
   relume::Result<RelumeLight> light = RelumeLight::create(*bake);
   if (!light) return light.error();
   Ogre::SceneManager& manager = *root.createSceneManager();

@@ -89,7 +89,11 @@ TEST_F(RenderCommand, drawsAnEditedLevelWithItsOldBake) {
   const ProgramResult told = with({"--move-node", "sofa=0.8,0,0.3", "--lights", "lamp", "--gloss"});
   ASSERT_EQ(told.status, 0) << told.err;
   EXPECT_NE(told.out.find("since the bake: node \"sofa\" moved"), std::string::npos) << told.out;
-  expectRefused(with({}), 1, {"nothing was edited"});
+  const ProgramResult asBaked = with({"--json"});
+  ASSERT_EQ(asBaked.status, 0) << asBaked.err;
+  EXPECT_NE(asBaked.out.find("\"edits\":[]"), std::string::npos) << asBaked.out;
+  const ProgramResult inWords = with({});
+  EXPECT_NE(inWords.out.find("drawn by the bake alone"), std::string::npos) << inWords.out;
   expectRefused(with({"--move-node", "sofa=0.8,0,0.3", "--edit-reach", "-1"}), 1, {"--edit-reach"});
   expectRefused(render({"--edited-from", kLevel}), 1, {"--edited-from", "--bake"});
   expectRefused(render({"--edit-fade", "2"}), 1, {"--edit-fade", "--edited-from"});

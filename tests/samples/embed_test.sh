@@ -38,6 +38,11 @@ assert abs(direct["energy"] - 1) < 0.01 and direct["flip"] < 0.04, direct
 assert walk["relativeRmse"] > 0.05 and step["relativeRmse"] > 0.05, (walk, step)
 PYTHON
 
+# A bake without a grid is drawn, and what is missing is said
+"$relume" bake level.glb -o no_grid.relume --preset draft --grid-caches 0 --progress none 2>/dev/null
+"$embed" game.glb no_grid.relume no_grid.png 1 2>log.txt
+grep -q "no_grid.relume: no grid" log.txt
+
 cp "$source/samples/blender/cabin.glb" cabin.glb
 "$relume" bake cabin.glb -o cabin.relume --preset draft --progress none
 expect 1 "usage: embed" "$embed" game.glb level.relume out.png 0

@@ -38,6 +38,11 @@ assert moving["relativeRmse"] > 0.05 and abs(moving["energy"] - 1) < 0.1, moving
 assert step["relativeRmse"] > 0.05, step
 PYTHON
 
+# A bake without a grid is drawn, and what is missing is said
+"$relume" bake level.glb -o no_grid.relume --preset draft --grid-caches 0 --progress none 2>/dev/null
+"$ogre" game.glb no_grid.relume --screenshot no_grid.png --frames 1 >log.txt 2>&1
+grep -q "no_grid.relume: no grid" log.txt
+
 cp "$source/samples/blender/cabin.glb" cabin.glb
 "$relume" bake cabin.glb -o cabin.relume --preset draft --progress none 2>/dev/null
 head -c 300000 level.relume >cut.relume

@@ -44,6 +44,11 @@ rc=0
 "$relume" diff indirect.png odd_truth.png --max-rmse 0.05 >/dev/null || rc=$?
 [ "$rc" -eq 7 ] || { echo "the targets change nothing that is seen"; exit 1; }
 
+# A bake without a grid is drawn, and what is missing is said
+"$relume" bake level.glb -o no_grid.relume --preset draft --grid-caches 0 --progress none 2>/dev/null
+"$headless" game.glb no_grid.relume no_grid.png 1 2>log.txt
+grep -q "no_grid.relume: no grid" log.txt
+
 "$relume" bake level.glb -o irradiance.relume --preset draft --link-kind irradiance --progress none 2>/dev/null
 cp "$source/samples/blender/cabin.glb" cabin.glb
 "$relume" bake cabin.glb -o cabin.relume --preset draft --progress none 2>/dev/null

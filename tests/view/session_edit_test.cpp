@@ -71,12 +71,11 @@ TEST_F(EditSession, lightFollowsWallsOfABakedLevel) {
   const Scene before = scene();
   Scene now = before;
   ASSERT_TRUE(moveNodes({"living_wall_east=0,-2,0", "hall_wall_west=0,-2,0"}, MovedParts::all, now));
-  auto edits = findEdits(before, now);
-  ASSERT_TRUE(edits);
-  edits->level.live.cells = options_.live.cells;
+  FoundEdits edits = findEdits(before, now);
+  edits.level.live.cells = options_.live.cells;
   RenderRequest request;
   request.bake = &session_->level->bake;
-  request.edited = &edits->level;
+  request.edited = &edits.level;
   request.camera =
       *std::find_if(now.cameras.begin(), now.cameras.end(), [](const Camera& c) { return c.name == "cam_hall"; });
   for (const SceneLight& light : now.lights) {

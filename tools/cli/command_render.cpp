@@ -160,6 +160,7 @@ void printReport(const RenderedFrame& frame, const std::vector<std::string>& wri
         {"images", written}, {"renderer", frame.renderer}, {"relightFrames", frame.frames}, {"totalMs", drawMs}};
     if (scale != nullptr) report["png"] = describeScale(aovs, *scale);
     if (!frame.bands.empty()) report["bands"] = frame.bands;
+    if (!arguments.editedFrom.empty()) report["edits"] = nlohmann::json::array();
     for (const PartChange& edit : edits) report["edits"].push_back(toString(edit));
     report["passMs"] = nlohmann::json::object();
     for (const PassTime& pass : frame.passTimes) report["passMs"][pass.pass] = pass.ms;
@@ -170,6 +171,8 @@ void printReport(const RenderedFrame& frame, const std::vector<std::string>& wri
   }
   for (const std::string& path : written) std::printf("wrote %s\n", printable(path).c_str());
   for (const PartChange& edit : edits) std::printf("since the bake: %s\n", printable(toString(edit)).c_str());
+  if (!arguments.editedFrom.empty() && edits.empty())
+    std::printf("since the bake: no baked part has changed: drawn by the bake alone\n");
   if (scale != nullptr) printScale(aovs, *scale, arguments.exposure == "auto");
   if (frame.passTimes.empty()) return;
   std::printf("%d relight frames of %s on %s; the last, ms a pass:", frame.frames, frame.bands.c_str(),
@@ -268,12 +271,10 @@ int runRender(const RenderArguments& arguments) {
   }
   std::optional<FoundEdits> edits;
   if (before) {
-    auto found = findEdits(*before, *scene);
-    if (!found) return fail(found.error());
-    edits.emplace(std::move(*found));
+    edits.emplace(findEdits(*before, *scene));
     edits->level.blend = arguments.edit;
     edits->level.live = arguments.liveRequest;
-    request.edited = &edits->level;
+    if (!edits->none()) request.edited = &edits->level;
   }
   auto driven = readEmissions(arguments.emissions, context);
   if (!driven) return fail(driven.error());

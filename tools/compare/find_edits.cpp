@@ -19,7 +19,7 @@ void addBounds(const Scene& scene, const Instance& instance, float levelReach, s
 
 }  // namespace
 
-Result<FoundEdits> findEdits(const Scene& before, const Scene& now) {
+FoundEdits findEdits(const Scene& before, const Scene& now) {
   const std::vector<BakedInstance> partsBefore = describeInstances(before), partsNow = describeInstances(now);
   const std::vector<PartKey> keysBefore = partKeys(partsBefore), keysNow = partKeys(partsNow);
   std::map<PartKey, std::size_t> at;
@@ -50,8 +50,6 @@ Result<FoundEdits> findEdits(const Scene& before, const Scene& now) {
     else
       found.level.before.instances[i].mode = BakeMode::ignore;
   }
-  if (found.level.bounds.empty())
-    return Error{ErrorCode::usage, "nothing was edited: all parts are those that were baked"};
   for (PartChange& change : compareParts(partsBefore, partsNow)) found.changes.push_back(std::move(change));
   return found;
 }

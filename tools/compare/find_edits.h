@@ -3,7 +3,6 @@
 #pragma once
 
 #include "relume/bake/scene.h"
-#include "relume/result.h"
 #include "tools/compare/compare_scene.h"
 #include "tools/render/edited_light.h"
 
@@ -12,12 +11,14 @@
 namespace relume {
 
 struct FoundEdits {
+  bool none() const { return level.bounds.empty(); }
+
   EditedLevel level;
   std::vector<PartChange> changes;  // in words: toString()
 };
 
 // Parts answer to each other by partKeys(); of what moves (BakeMode::dynamic) nothing counts as an edit. Both scenes
-// come from loadScene(). usage: nothing was edited.
-Result<FoundEdits> findEdits(const Scene& before, const Scene& now);
+// come from loadScene().
+FoundEdits findEdits(const Scene& before, const Scene& now);
 
 }  // namespace relume
