@@ -232,16 +232,36 @@ std::uint8_t encode(float linear) {
   return tables().toSrgb[static_cast<std::size_t>(root * 4095.0f + 0.5f)];
 }
 
-// Four bytes a texel of 1 (grey), 2 (grey, alpha), 3 (colour) or 4.
-std::vector<std::uint8_t> toRgba(const std::uint8_t* texel, std::size_t count, int channels) {
+// Four values a texel of 1 (grey), 2 (grey, alpha), 3 (colour) or 4.
+template <class Value>
+std::vector<Value> toRgba(const Value* texel, std::size_t count, int channels) {
   if (channels == 4) return {texel, texel + 4 * count};
-  std::vector<std::uint8_t> rgba(4 * count);
+  std::vector<Value> rgba(4 * count);
   const bool grey = channels < 3;
   for (std::size_t i = 0; i < count; ++i, texel += channels) {
     for (int k = 0; k < 3; ++k) rgba[4 * i + static_cast<std::size_t>(k)] = texel[grey ? 0 : k];
-    rgba[4 * i + 3] = channels == 2 ? texel[1] : 255;
+    rgba[4 * i + 3] = channels == 2 ? texel[1] : std::numeric_limits<Value>::max();
   }
   return rgba;
+}
+
+// Four values a texel of an image that peekImage() lets pass, by stb_image's function for such values.
+template <class Value>
+Result<std::vector<Value>> decodeRgba(std::span<const std::uint8_t> bytes, const std::string& where,
+                                      Value* (*load)(const stbi_uc*, int, int*, int*, int*, int)) {
+  const std::vector<std::uint8_t> kept = isJpeg(bytes) ? std::vector<std::uint8_t>{} : withoutEmptyData(bytes);
+  if (!kept.empty()) bytes = kept;
+
+  // A PNG in the channels it has, so that a grey one is not held as colours twice. JPEGs have ways of their own for
+  // four.
+  int width = 0, height = 0, stored = 0;
+  const int wanted = isJpeg(bytes) ? 4 : 0;
+  resetReason();
+  const std::unique_ptr<Value, void (*)(void*)> decoded(
+      load(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &stored, wanted), stbi_image_free);
+  if (!decoded || width <= 0 || height <= 0) return decodingError(where, "broken image");
+  return toRgba<Value>(decoded.get(), static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
+                       wanted != 0 ? wanted : stored);
 }
 
 Image::Level halve(const Image::Level& source, bool weighByAlpha, bool isColor) {
@@ -305,7 +325,8 @@ Result<ImageSize> peekImage(std::span<const std::uint8_t> bytes, const std::stri
   if ((!isPng(bytes) && !isJpeg(bytes)) ||
       !stbi_info_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &channels))
     return decodingError(where, "not a PNG or JPEG image that can be read");
-  const ImageSize size{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
+  const ImageSize size{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height),
+                       stbi_is_16_bit_from_memory(bytes.data(), static_cast<int>(bytes.size())) != 0};
   if (Status ok = checkSides(size, where); !ok) return ok.error();
   const std::uint64_t pixels = static_cast<std::uint64_t>(size.width) * size.height;
   if (pixels > (isJpeg(bytes) ? kMaxJpegPixelsPerByte * bytes.size() + 4096 : maxPixels(bytes.size()))) {
@@ -318,24 +339,17 @@ Result<ImageSize> peekImage(std::span<const std::uint8_t> bytes, const std::stri
 Result<Image> decodeImage(std::span<const std::uint8_t> bytes, const std::string& where) {
   const Result<ImageSize> size = peekImage(bytes, where);
   if (!size) return size.error();
-  const std::vector<std::uint8_t> kept = isJpeg(bytes) ? std::vector<std::uint8_t>{} : withoutEmptyData(bytes);
-  if (!kept.empty()) bytes = kept;
-
-  // A PNG in the channels it has, so that a grey one is not held as colours twice. JPEGs have ways of their own for
-  // four.
-  int width = 0, height = 0, stored = 0;
-  const int wanted = isJpeg(bytes) ? 4 : 0;
-  resetReason();
-  const std::unique_ptr<stbi_uc, void (*)(void*)> decoded(
-      stbi_load_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height, &stored, wanted),
-      stbi_image_free);
-  if (!decoded || width <= 0 || height <= 0) return decodingError(where, "broken image");
+  auto rgba = decodeRgba<std::uint8_t>(bytes, where, stbi_load_from_memory);
+  if (!rgba) return rgba.error();
   Image image;
-  Image::Level level{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), {}};
-  level.rgba = toRgba(decoded.get(), static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
-                      wanted != 0 ? wanted : stored);
-  image.levels.push_back(std::move(level));
+  image.levels.push_back({size->width, size->height, std::move(*rgba)});
   return image;
+}
+
+Result<std::vector<std::uint16_t>> decodeDeepImage(std::span<const std::uint8_t> bytes, const std::string& where) {
+  const Result<ImageSize> size = peekImage(bytes, where);
+  if (!size) return size.error();
+  return decodeRgba<std::uint16_t>(bytes, where, stbi_load_16_from_memory);
 }
 
 Result<ImageSize> peekHdr(std::span<const std::uint8_t> bytes, const std::string& where) {

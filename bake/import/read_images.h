@@ -26,6 +26,7 @@ Status checkImageFile(std::span<const std::uint8_t> beginning, std::uint64_t fil
 // limits above or than a compressed file of that many bytes can hold; `where` names the image in messages.
 struct ImageSize {
   std::uint32_t width = 0, height = 0;
+  bool isDeep = false;  // a PNG of 16 bits a channel
 };
 Result<ImageSize> peekImage(std::span<const std::uint8_t> bytes, const std::string& where);
 
@@ -34,6 +35,9 @@ std::uint64_t maxPixels(std::uint64_t bytes);
 
 // Level 0 only. invalidFile: as peekImage, or broken.
 Result<Image> decodeImage(std::span<const std::uint8_t> bytes, const std::string& where);
+
+// The same in 16 bits a channel: red, green, blue, alpha of each texel.
+Result<std::vector<std::uint16_t>> decodeDeepImage(std::span<const std::uint8_t> bytes, const std::string& where);
 
 // The same of Radiance HDR images, which no level has: their size from the header alone, and their texels, row 0 on
 // top. invalidFile: no such image, one that claims more than it can hold, broken, or cut off.

@@ -10,8 +10,10 @@
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
-#include <ImfInputFile.h>
+#include <ImfInputPart.h>
+#include <ImfMultiPartInputFile.h>
 #include <ImfOutputFile.h>
+#include <ImfPartType.h>
 #include <half.h>
 
 #if defined(__GNUC__)
@@ -98,24 +100,85 @@ double maxPacking(Imf::Compression compression) {
   }
 }
 
-// Whether the pixels that a header claims can be in the file, and in memory. A header of 300 bytes may claim gigabytes.
-Status checkClaim(const std::filesystem::path& path, const Imf::Header& header, double pixels,
-                  const MemoryCheck& fits) {
+std::int64_t widthOf(const Imath::Box2i& window) { return std::int64_t{window.max.x} - window.min.x + 1; }
+std::int64_t heightOf(const Imath::Box2i& window) { return std::int64_t{window.max.y} - window.min.y + 1; }
+
+// Pixels of a display window and, to its left and right, those of a data window that reaches into it: what rows are
+// read to.
+Imath::Box2i readWindow(const Imath::Box2i& display, const Imath::Box2i& data) {
+  Imath::Box2i window = display;
+  if (!data.intersects(display)) return window;
+  window.min.x = std::min(display.min.x, data.min.x);
+  window.max.x = std::max(display.max.x, data.max.x);
+  return window;
+}
+
+double sizeToRead(const Imf::Header& header) {
+  const Imath::Box2i window = readWindow(header.displayWindow(), header.dataWindow());
+  return static_cast<double>(widthOf(window)) * static_cast<double>(heightOf(window)) * sizeof(float);
+}
+
+// Whether what a header says can be read, and its pixels can be in the file. One of 300 bytes may claim gigabytes.
+Status checkHeader(const std::filesystem::path& path, const Imf::Header& header) {
+  const auto invalid = [&path](const std::string& what) {
+    return Error{ErrorCode::invalidFile, "\"" + path.string() + "\": " + what};
+  };
+  if (header.hasType() && Imf::isDeepData(header.type()))
+    return invalid("deep pixels, of many values each; flatten it to one value each");
+  const Imath::Box2i data = header.dataWindow();
+  for (const Imath::Box2i& window : {data, header.displayWindow()}) {
+    const std::int64_t width = widthOf(window), height = heightOf(window);
+    if (width < 1 || height < 1 || width > kMaxSize || height > kMaxSize)
+      return invalid(std::to_string(width) + " x " + std::to_string(height) +
+                     " pixels, at most 16384 x 16384 expected");
+  }
+  const double pixels = static_cast<double>(widthOf(data)) * static_cast<double>(heightOf(data));
   double stored = 0.0, count = 0.0;
   for (auto it = header.channels().begin(); it != header.channels().end(); ++it, count += 1.0) {
-    const double every = std::max(1.0, double{1} * it.channel().xSampling * it.channel().ySampling);
-    stored += pixels / every * (it.channel().type == Imf::HALF ? 2.0 : 4.0);
+    const Imf::Channel& channel = it.channel();
+    if (channel.xSampling != 1 || channel.ySampling != 1)
+      return invalid("channel \"" + std::string(it.name()) + "\" has one value for " +
+                     std::to_string(channel.xSampling) + " x " + std::to_string(channel.ySampling) +
+                     " pixels, one for each expected; write it without subsampling");
+    stored += pixels * (channel.type == Imf::HALF ? 2.0 : 4.0);
   }
   std::error_code ec;
   const double size = static_cast<double>(std::filesystem::file_size(path, ec));
   const double packing = maxPacking(header.compression());
-  if (!ec && packing > 0.0 && stored > packing * size) {
-    std::array<char, 96> text;
-    std::snprintf(text.data(), text.size(), "\": claims %.0f pixels of %.0f channels in %.0f bytes", pixels, count,
-                  size);
-    return Error{ErrorCode::invalidFile, "\"" + path.string() + text.data()};
+  if (ec || packing <= 0.0 || stored <= packing * size) return done();
+  std::array<char, 96> text;
+  std::snprintf(text.data(), text.size(), "claims %.0f pixels of %.0f channels in %.0f bytes", pixels, count, size);
+  return invalid(text.data());
+}
+
+// Leave `width` columns of rows, from a first one.
+void cropRows(std::vector<float>& rows, std::size_t rowWidth, std::size_t first, std::size_t width) {
+  const std::size_t height = rows.size() / rowWidth;
+  for (std::size_t y = 0; y < height; ++y)
+    std::memmove(&rows[y * width], &rows[y * rowWidth + first], width * sizeof(float));
+  rows.resize(width * height);
+}
+
+// Put a part's channels, by their names in the image, where its data window lies; the rest of the image is 0.
+void readPart(Imf::MultiPartInputFile& file, int number, const std::map<std::string, std::vector<float>*>& channels) {
+  Imf::InputPart part(file, number);
+  const Imath::Box2i data = part.header().dataWindow(), display = part.header().displayWindow();
+  const Imath::Box2i window = readWindow(display, data);
+  const auto width = static_cast<std::size_t>(widthOf(window));
+  Imf::FrameBuffer buffer;
+  for (const auto& [name, channel] : channels) {
+    channel->resize(width * static_cast<std::size_t>(heightOf(window)));
+    buffer.insert(name,
+                  Imf::Slice::Make(Imf::FLOAT, channel->data(), window, sizeof(float), sizeof(float) * width, 1, 1));
   }
-  return fits ? fits(pixels * count * sizeof(float), "the image \"" + path.string() + "\"") : done();
+  if (!data.intersects(display)) return;
+  part.setFrameBuffer(buffer);
+  part.readPixels(std::max(data.min.y, display.min.y), std::min(data.max.y, display.max.y));
+  if (window == display) return;
+  for (const auto& [name, channel] : channels) {
+    cropRows(*channel, width, static_cast<std::size_t>(std::int64_t{display.min.x} - window.min.x),
+             static_cast<std::size_t>(widthOf(display)));
+  }
 }
 
 }  // namespace
@@ -148,30 +211,37 @@ Result<ChannelImage> readExr(const std::filesystem::path& path, const MemoryChec
     return Error{ErrorCode::io, "cannot read \"" + path.string() + "\""};
   }
   try {
-    Imf::InputFile file(path.string().c_str(), 0);
-    const Imath::Box2i window = file.header().dataWindow();
-    const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
-    const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
-    if (width < 1 || height < 1 || width > kMaxSize || height > kMaxSize) {
-      return Error{ErrorCode::invalidFile, "\"" + path.string() + "\": " + std::to_string(width) + " x " +
-                                               std::to_string(height) + " pixels, at most 16384 x 16384 expected"};
-    }
-    const double pixels = static_cast<double>(width) * static_cast<double>(height);
-    if (Status ok = checkClaim(path, file.header(), pixels, fits); !ok) return ok.error();
-    ChannelImage image{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), {}};
-    Imf::FrameBuffer buffer;
-    for (auto it = file.header().channels().begin(); it != file.header().channels().end(); ++it) {
-      if (image.channels.size() >= kMaxChannels) {
-        return Error{ErrorCode::invalidFile, "\"" + path.string() + "\": more than 1024 channels"};
+    // 1. What the headers claim
+    Imf::MultiPartInputFile file(path.string().c_str(), 0);
+    std::map<std::string, int> partsWith;  // a channel of this name
+    std::size_t count = 0;
+    double bytes = 0.0;
+    for (int p = 0; p < file.parts(); ++p) {
+      const Imf::Header& header = file.header(p);
+      if (Status ok = checkHeader(path, header); !ok) return ok.error();
+      for (auto it = header.channels().begin(); it != header.channels().end(); ++it, ++count) {
+        ++partsWith[it.name()];
+        bytes += sizeToRead(header);
       }
-      std::vector<float>& channel = image.channels[it.name()];
-      channel.resize(static_cast<std::size_t>(width * height));
-      const std::size_t row = sizeof(float) * static_cast<std::size_t>(width);
-      buffer.insert(it.name(), Imf::Slice::Make(Imf::FLOAT, channel.data(), window, sizeof(float), row,
-                                                it.channel().xSampling, it.channel().ySampling));
     }
-    file.setFrameBuffer(buffer);
-    file.readPixels(window.min.y, window.max.y);
+    if (count > kMaxChannels)
+      return Error{ErrorCode::invalidFile, "\"" + path.string() + "\": more than 1024 channels"};
+    if (Status ok = fits ? fits(bytes, "the image \"" + path.string() + "\"") : done(); !ok) return ok.error();
+
+    // 2. Their pixels
+    const Imath::Box2i display = file.header(0).displayWindow();  // of all parts, as OpenEXR sees to
+    ChannelImage image{static_cast<std::uint32_t>(widthOf(display)), static_cast<std::uint32_t>(heightOf(display)), {}};
+    for (int p = 0; p < file.parts(); ++p) {
+      const Imf::Header& header = file.header(p);
+      std::map<std::string, std::vector<float>*> channels;
+      for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {
+        const std::string name = partsWith[it.name()] > 1 ? header.name() + '.' + it.name() : it.name();
+        const auto [channel, isNew] = image.channels.try_emplace(name);
+        if (!isNew) return Error{ErrorCode::invalidFile, "\"" + path.string() + "\": channel \"" + name + "\" twice"};
+        channels[it.name()] = &channel->second;
+      }
+      readPart(file, p, channels);
+    }
     return image;
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::failed, "\"" + path.string() + "\": out of memory"};

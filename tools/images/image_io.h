@@ -33,9 +33,10 @@ using MemoryCheck = std::function<Status(double bytes, const std::string& what)>
 // Whether a file with this beginning is an OpenEXR.
 bool isExr(std::span<const std::byte> beginning);
 
-// Read a single-part scan-line or tiled OpenEXR; half channels are widened to float. io: not readable;
-// invalidFile: not an OpenEXR, broken, larger than 16384 x 16384 pixels or 1024 channels, or of more pixels than a file
-// of its size can hold; errors of `fits`.
+// Read a scan-line or tiled OpenEXR; half channels are widened to float. The image is what its display window shows, 0
+// where no pixels are stored. A channel that several parts have is named by its part, "left.R". io: not readable;
+// invalidFile: not an OpenEXR, broken, deep, subsampled, a window larger than 16384 x 16384 pixels, more than 1024
+// channels, or more pixels than a file of its size can hold; errors of `fits`.
 Result<ChannelImage> readExr(const std::filesystem::path& path, const MemoryCheck& fits = {});
 
 // Write 32-bit float channels, ZIP compressed; with `half`, 16-bit ones, except Depth and Position. usage: a channel

@@ -13,7 +13,7 @@
 #include <array>
 #include <cstring>
 #include <fstream>
-#include <set>
+#include <limits>
 
 namespace relume {
 namespace {
@@ -114,8 +114,21 @@ Status checkPngSums(std::span<const std::uint8_t> png, const std::string& path) 
   return done();
 }
 
+// The linear picture of sRGB values: red, green, blue, alpha of each pixel.
+template <class Value>
+PictureFile linearPicture(const ImageSize& size, const std::vector<Value>& rgba) {
+  constexpr Value kMax = std::numeric_limits<Value>::max();
+  PictureFile file{{size.width, size.height, {}}, true, true, "sRGB", ""};
+  file.picture.pixels.resize(rgba.size() / 4);
+  for (std::size_t i = 0; i < file.picture.pixels.size(); ++i) {
+    for (int c = 0; c < 3; ++c)
+      file.picture.pixels[i][c] = srgbToLinear(static_cast<float>(rgba[4 * i + static_cast<std::size_t>(c)]) / kMax);
+    if (rgba[4 * i + 3] != kMax) file.opaque = false;
+  }
+  return file;
+}
+
 Result<PictureFile> readPngPicture(const std::string& path, const MemoryCheck& fits) {
-  constexpr double kPixelBytes = 2 * 4 + 12;  // as decoded, as four bytes, as numbers
   const Result<FileBytes> bytes = readFile(path, kMaxImageBytes);
   if (!bytes) return bytes.error();
   const auto* first = reinterpret_cast<const std::uint8_t*>(bytes->bytes.data());
@@ -123,21 +136,18 @@ Result<PictureFile> readPngPicture(const std::string& path, const MemoryCheck& f
   const Result<ImageSize> size = peekImage({first, bytes->bytes.size()}, "\"" + path + "\"");
   if (!size) return size.error();
   if (fits) {
+    const double pixelBytes = 2 * 4 * (size->isDeep ? 2 : 1) + 12;  // as decoded, as four values, as numbers
     const double pixels = static_cast<double>(size->width) * size->height;
-    if (Status ok = fits(kPixelBytes * pixels, "the image \"" + path + "\""); !ok) return ok.error();
+    if (Status ok = fits(pixelBytes * pixels, "the image \"" + path + "\""); !ok) return ok.error();
+  }
+  if (size->isDeep) {
+    const auto rgba = decodeDeepImage({first, bytes->bytes.size()}, "\"" + path + "\"");
+    if (!rgba) return rgba.error();
+    return linearPicture(*size, *rgba);
   }
   const Result<Image> image = decodeImage({first, bytes->bytes.size()}, "\"" + path + "\"");
   if (!image) return image.error();
-  const Image::Level& level = image->levels.at(0);
-  PictureFile file{{level.width, level.height, {}}, true, true, "sRGB", ""};
-  file.picture.pixels.resize(std::size_t{level.width} * level.height);
-  for (std::size_t i = 0; i < file.picture.pixels.size(); ++i) {
-    for (int c = 0; c < 3; ++c)
-      file.picture.pixels[i][c] =
-          srgbToLinear(static_cast<float>(level.rgba[4 * i + static_cast<std::size_t>(c)]) / 255.0f);
-    if (level.rgba[4 * i + 3] != 255) file.opaque = false;
-  }
-  return file;
+  return linearPicture(*size, image->levels.at(0).rgba);
 }
 
 }  // namespace

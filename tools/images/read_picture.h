@@ -12,7 +12,7 @@ namespace relume {
 
 struct PictureFile {
   Picture picture;
-  bool png = false;      // 8-bit sRGB, for eyes: values end at 1
+  bool png = false;      // sRGB of 8 or 16 bits, for eyes: values end at 1
   bool opaque = true;    // false: a PNG with transparent pixels, whose colours are as they stand, without alpha
   std::string channels;  // "R,G,B", "Y", or the layers asked for: "DiffDir+DiffInd", ...; "sRGB" of a PNG
   std::string layers;    // "DiffDir, DiffInd": all that the file has beside R, G, B; empty: none

@@ -42,7 +42,8 @@ Result<SkyMap> readExrSky(const std::filesystem::path& path, const MemoryCheck& 
   if (!image) return image.error();
   SkyMap map{image->width, image->height, image->layer("")};
   if (map.texels.empty())
-    return Error{ErrorCode::invalidFile, named(path) + ": channels R, G and B expected, not found"};
+    return Error{ErrorCode::invalidFile,
+                 named(path) + ": channels R, G and B expected, not found, or found in several parts"};
   return map;
 }
 
