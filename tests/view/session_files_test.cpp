@@ -17,11 +17,16 @@ constexpr const char* kLight = R"({"type": "point", "name": "mine", "position": 
 
 class SessionFiles : public LiveSession {
  protected:
-  // A room with point lights of these names.
-  static LevelPtr room(const std::string& file, const std::vector<std::string>& lights) {
+  // A room with point lights of these names, and so many nodes "thing" in one place.
+  static LevelPtr room(const std::string& file, const std::vector<std::string>& lights, std::uint32_t things = 0) {
     Scene scene;
     const std::uint32_t grey = addMaterial(scene, glm::vec3(0.5f));
     addInstance(scene, box({0, 0, 0}, {4, 3, 5}, true, grey));
+    for (std::uint32_t i = 0; i < things; ++i) {
+      addInstance(scene, box({1, 0, 1}, {2, 1, 2}, false, grey));
+      scene.instances.back().node = "thing";
+      scene.instances.back().nodeIndex = 1 + i;
+    }
     finish(scene);
     for (const std::string& name : lights) {
       scene.lights.emplace_back();
@@ -159,6 +164,19 @@ TEST_F(SessionFiles, aLevelBySeveralPathsIsTheSame) {
   }
   ASSERT_TRUE(session_->show(room(at("other.glb"), {"lamp"})));
   EXPECT_EQ(session_->state.lights.size(), 1u);
+}
+
+TEST_F(SessionFiles, nodesOfOneNameAndPlaceStayWhereEachWasMovedTo) {
+  showRoom({});
+  const auto reload = [&] { return static_cast<bool>(session_->show(room(options_.scene, {}, 2))); };
+  ASSERT_TRUE(reload());
+  auto& objects = session_->state.objects;
+  ASSERT_EQ(objects.size(), 3u);
+  ASSERT_EQ(objects[1].home, objects[2].home);
+  objects[2].position.y += 1.0f;
+  ASSERT_TRUE(reload());
+  EXPECT_EQ(objects[1].position, objects[1].home);
+  EXPECT_EQ(objects[2].position, objects[2].home + glm::vec3(0, 1, 0));
 }
 
 // One that loads, and cannot be framed.

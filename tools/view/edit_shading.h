@@ -2,6 +2,10 @@
 // A baked level whose static objects are moved in the viewer: live light of the level as it was baked and as it stands
 // now, each by a thread of its own, and where the difference counts (relume/edit_blend.h). Threads begin with the first
 // edit, and end when all is put back.
+//
+// Voxels have one factor for all that emits, which costs nothing to change. It does not scale driven emitters: where
+// there is one, a change of what any material emits has both levels voxelised anew, and the light before that stays
+// until then.
 #pragma once
 
 #include "relume/result.h"
@@ -40,16 +44,23 @@ class EditShading {
 
  private:
   bool isEdited(const ViewState& state, std::size_t object) const;
+  const Scene& litScene() const { return driven_ ? *driven_ : level_->scene; }
+  bool emits(const std::vector<ShownEmission>& emissions) const;
+  Status begin(const LiveLevelOptions& options, const std::vector<ShownEmission>& emissions,
+               const std::optional<glm::vec3>& eyeWorld);
   Status place(const ViewState& state);
   Status take(Result<LitFrame> found, bool isAfter);
 
   const LoadedLevel* level_;
   std::vector<MovingNode> nodes_;
+  float longestSide_ = 0.0f;  // [m] of the level
   std::optional<EditFields> fields_;
+  std::unique_ptr<Scene> driven_;  // that both lights are of; null = the level's own
+  float emission_ = 1.0f;          // factor on it
   std::unique_ptr<LiveJob> before_, after_;
-  LiveLevelOptions options_;  // that they were begun with
-  float voxel_ = 0.0f;        // [m] of their volumes; 0 = not known yet
-  bool settled_[2] = {false, false};
+  LiveLevelOptions options_;                                      // that they were begun with
+  float voxel_ = 0.0f;                                            // [m] of their outermost volumes; 0 = not known yet
+  bool found_[2] = {false, false}, settled_[2] = {false, false};  // since they were begun
   std::vector<std::pair<std::string, std::size_t>> bytes_[2];
 };
 

@@ -4,6 +4,8 @@
 
 #include "tools/base/clock.h"
 
+#include <glm/common.hpp>
+
 #include <chrono>
 #include <exception>
 #include <new>
@@ -47,6 +49,12 @@ bool takeCopies(LitFrame& found, std::vector<VoxelVolume>& volumes, const Parall
     }
   }
   return any;
+}
+
+std::optional<glm::vec3> steadyEye(const LiveLevelOptions& options, float longestSide, const glm::vec3& eyeWorld) {
+  if (options.cascades == 1) return std::nullopt;
+  const float step = 0.25f * longestSide / static_cast<float>(options.cells << (options.cascades - 1));
+  return step > 0.0f ? step * glm::floor(eyeWorld / step + 0.5f) : eyeWorld;
 }
 
 LiveJob::LiveJob(const Scene& scene, const LiveLevelOptions& options, const std::optional<glm::vec3>& eyeWorld)

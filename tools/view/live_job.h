@@ -45,6 +45,10 @@ struct LitFrame {
 // Take a frame's copies into the volumes that were taken before; whether there were any. They run by parallelFor.
 bool takeCopies(LitFrame& found, std::vector<VoxelVolume>& volumes, const ParallelFor& parallelFor);
 
+// Where volumes in one another about an eye are centred, in a level so long [m]: in steps of a quarter of the smallest
+// cell, so that light that has settled sleeps while the eye turns about. Nothing for one volume.
+std::optional<glm::vec3> steadyEye(const LiveLevelOptions& options, float longestSide, const glm::vec3& eyeWorld);
+
 class LiveJob {
  public:
   // Starts to voxelise at once; the scene must outlive it.

@@ -45,18 +45,12 @@ Status LiveShading::choose(const LiveLevelOptions& options) {
   return done();
 }
 
-// The eye to a quarter of the smallest cell, so that light that has settled sleeps while it turns about.
-glm::vec3 LiveShading::steadyEye() const {
-  const float step = 0.25f * longestSide_ / static_cast<float>(options_.cells << (options_.cascades - 1));
-  return step > 0.0f ? step * glm::floor(eyeWorld_ / step + 0.5f) : eyeWorld_;
-}
-
 LiveScene LiveShading::sceneOf(const ViewState& state, const std::vector<Light>& lights) const {
   LiveScene scene{lights, state.emission, state.sky, state.bounceScale, state.bounces};
   const auto isMoved = [](const ViewedObject& object) { return object.position != object.home; };
   if (std::ranges::any_of(state.objects, isMoved))
     scene.toWorld = placedInstances(level_->scene, nodes_, movesOf(state));
-  if (options_.cascades > 1) scene.eyeWorld = steadyEye();
+  scene.eyeWorld = steadyEye(options_, longestSide_, eyeWorld_);
   return scene;
 }
 

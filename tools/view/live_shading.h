@@ -59,7 +59,6 @@ class LiveShading {
   void takeVoxels(LitFrame& found);
   Status lightOnGpu(const LiveScene& scene, double step, const ShadowMaps& shadows);
   LiveScene sceneOf(const ViewState& state, const std::vector<Light>& lights) const;
-  glm::vec3 steadyEye() const;
 
   const LoadedLevel* level_;
   std::vector<MovingNode> nodes_;

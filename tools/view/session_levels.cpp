@@ -15,13 +15,16 @@
 namespace relume {
 namespace {
 
-// Objects of the level where they have been moved to, unless the level has them elsewhere now.
-std::vector<ViewedObject> keptObjects(const std::vector<ViewedObject>& before, std::vector<ViewedObject> now) {
+// Objects of the level where they have been moved to, unless the level has them elsewhere now. Those of one name and
+// home are told apart by their order.
+std::vector<ViewedObject> keptObjects(std::vector<ViewedObject> before, std::vector<ViewedObject> now) {
   for (ViewedObject& object : now) {
     const auto same = std::find_if(before.begin(), before.end(), [&](const ViewedObject& b) {
       return b.name == object.name && b.home == object.home;
     });
-    if (same != before.end()) object.position = same->position;
+    if (same == before.end()) continue;
+    object.position = same->position;
+    before.erase(same);
   }
   return now;
 }
