@@ -335,6 +335,34 @@ class Threads(unittest.TestCase):
             worker.join(60)
             self.assertFalse(worker.is_alive())
 
+    def test_what_runs_is_not_closed(self):
+        for threads in (1, 2):
+            light, raised = rooms(threads=threads), []
+
+            def close():
+                try:
+                    light.close()
+                except RuntimeError as error:
+                    raised.append(str(error))
+
+            def visible(_, p, n):
+                close()  # in the frame, and beside it
+                other = threading.Thread(target=close)
+                other.start()
+                other.join()
+                return numpy.ones(len(p))
+
+            light.update([LAMP], visible)
+            self.assertGreater(light.irradiance([(1.5, 0, 2)], [UP]).max(), 0)
+            self.assertTrue(raised)
+            self.assertEqual(set(raised), {'this LiveLight cannot be closed while a call of it runs, such as a frame: '
+                                           'close it when that has returned'})
+            with self.assertRaises(RuntimeError):
+                light.update([LAMP], lambda *_: light.close())
+            light.close()
+            with self.assertRaisesRegex(ValueError, 'closed'):
+                light.update([LAMP])
+
     @unittest.skipUnless(hasattr(os, 'fork'), 'there are no forks')
     def test_a_fork_has_its_own(self):
         light = rooms(threads=2)

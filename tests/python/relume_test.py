@@ -160,10 +160,10 @@ class Light(unittest.TestCase):
     def test_exceptions_come_through(self):
         def broken(light, positions, normals):
             raise KeyError('no shadow map')
-        with self.assertRaisesRegex(KeyError, 'no shadow map'):
-            self.relighter.relight([SUN], broken)
-        with self.assertRaises(ValueError):
-            self.relighter.relight([SUN], lambda light, p, n: numpy.ones(len(p) + 1))
+        for error, words, visible in ((KeyError, 'no shadow map', broken), (ValueError, '', lambda _, p, n: numpy.ones(len(p) + 1)),
+                                      (RuntimeError, 'cannot be closed', lambda *_: self.relighter.close())):
+            with self.assertRaisesRegex(error, words):
+                self.relighter.relight([SUN], visible)
 
     def test_own_irradiance_emission_and_sky(self):
         self.relighter.relight(surfel_irradiance=numpy.full((len(self.positions), 3), 2.0), bounce_scale=0, emission_scale=0)
@@ -321,17 +321,17 @@ class Moving(unittest.TestCase):
         numpy.testing.assert_array_equal(without, plain.irradiance_map()[..., :3])
 
     def test_what_is_wrong_is_said(self):
-        bake = relume.Bake(BAKE)
+        bake, parts = relume.Bake(BAKE), [(0, self.AT)]
         relighter, shapes = relume.Relighter(bake, moving_parts=1), relume.MovingShapes([self.box((1, 1, 1))])
-        parts = [(0, self.AT)]
         for text, call in (
                 ('without movingShapes', lambda: relighter.relight(moving_parts=parts)),
                 ('expected at most 1', lambda: relighter.relight(moving_shapes=shapes, moving_parts=2 * parts)),
                 ('shape is 1', lambda: relighter.relight(moving_shapes=shapes, moving_parts=[(1, None)])),
                 ('movingParts is 257', lambda: relume.Relighter(bake, moving_parts=257)),
+                ('cannot be closed', lambda: relighter.relight([SUN], lambda *_: shapes.close(), moving_shapes=shapes)),
                 ('triangle', lambda: relume.MovingShapes([relume.MovingMesh([UP], [(0, 0, 1)])])),
                 ('albedo', lambda: relume.MovingShapes([relume.MovingMesh([UP], [(0, 0, 0)], albedo=2 * [UP])]))):
-            with self.assertRaisesRegex(relume.RelumeError, text):
+            with self.assertRaisesRegex((relume.RelumeError, RuntimeError), text):
                 call()
         with self.assertRaisesRegex(ValueError, 'matrix'):
             relighter.relight(moving_shapes=shapes, moving_parts=[(0, numpy.eye(2))])

@@ -14,7 +14,8 @@ Arrays of C-contiguous float32 are handed over as they are, others are copied on
 in metres; light is radiometric, in linear red, green, blue. include/relume/relume.h says what everything means.
 
 Threads: ctypes lets other Python threads run during a call. Of one relighter, relight(), reset(), inherit() and close()
-each need it alone; reads may run at the same time. A LiveLight is as a relighter.
+each need it alone; reads may run at the same time. A LiveLight is as a relighter. close() raises RuntimeError while a call runs,
+also where a frame's `visibility` asks for it.
 """
 from __future__ import annotations
 
@@ -90,7 +91,8 @@ class Bake(Handle):
 
     def instance_names(self) -> list[str]:
         """Names of the glTF nodes, by instance."""
-        return [runtime.relume_bake_instance_name(self._open(), i).decode() for i in range(self.info.instances)]
+        with self._running() as handle:
+            return [runtime.relume_bake_instance_name(handle, i).decode() for i in range(self.info.instances)]
 
     def lightmap_coordinates(self, instance: int, back_side: bool = False) -> Floats:
         """Coordinates on the light map of an instance's corners, three a triangle; -1 where the grid lights it. (corners, 2)"""
@@ -103,8 +105,9 @@ class Bake(Handle):
 
     def drivable_materials(self) -> list[str]:
         """Names of the materials whose light relight(materials=) can replace."""
-        count = runtime.relume_bake_drivable_count(self._open())
-        return [runtime.relume_bake_drivable_name(self._open(), i).decode() for i in range(count)]
+        with self._running() as handle:
+            count = runtime.relume_bake_drivable_count(handle)
+            return [runtime.relume_bake_drivable_name(handle, i).decode() for i in range(count)]
 
 
 class Relighter(Handle):
@@ -198,7 +201,9 @@ class Relighter(Handle):
     def inherit(self, previous: Relighter) -> None:
         """Hot reload: begin with the light of `previous`, a relighter of an older bake of the level. This relighter's own bake
         must still be open."""
-        self._call(runtime.relume_inherit, self.bake._open(), opened('previous', previous, Relighter))
+        opened('previous', previous, Relighter)
+        with self.bake._running() as bake, previous._running() as before:
+            self._call(runtime.relume_inherit, bake, before)
 
     def irradiance_in_grid(self, positions: ArrayLike, normals: ArrayLike, out: Floats | None = None) -> Floats:
         """Irradiance [W/m2] at points anywhere, by the grid. (n, 3)"""
@@ -300,7 +305,8 @@ class Relighter(Handle):
 
     def cache_coefficients(self, out: Floats | None = None) -> Floats:
         """Spherical harmonics coefficients of each cache: Y's, Co's, Cg's. (caches, coefficients)"""
-        shape = (self.bake.info.caches, runtime.relume_coefficients_per_cache(self._open()))
+        with self._running() as handle:
+            shape = (self.bake.info.caches, runtime.relume_coefficients_per_cache(handle))
         out = output('out', out, shape)
         self._call(runtime.relume_cache_coefficients, pointer(out), out.nbytes)
         return out

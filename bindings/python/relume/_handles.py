@@ -22,11 +22,23 @@ class Handle:
     _handle: Any = None
     _context: Any = None
 
+    def __new__(cls, *_, **__):
+        self = super().__new__(cls)
+        self._calls = set()  # that run; what is added and taken away in one step, no signal or thread miscounts
+        return self
+
     def close(self) -> None:
-        handle, self._handle = self._handle, None
-        if handle:
-            self._destroy(handle)
-        self._context = None  # its threads end with the last that has it
+        """RuntimeError: a call of it runs, such as a frame whose `visibility` this is called in; it stays open."""
+        if not self._calls:
+            handle, self._handle = self._handle, None
+            if not self._calls:  # none has begun meanwhile
+                if handle:
+                    self._destroy(handle)
+                self._context = None  # its threads end with the last that has it
+                return
+            self._handle = handle
+        raise RuntimeError(f'this {type(self).__name__} cannot be closed while a call of it runs, such as a frame: '
+                           'close it when that has returned')
 
     def __enter__(self: Self) -> Self:
         return self
@@ -45,6 +57,16 @@ class Handle:
             raise ValueError(f'this {type(self).__name__} is closed')
         return self._handle
 
+    @contextlib.contextmanager
+    def _running(self):
+        """The handle, for calls of the library during which close() is refused."""
+        call = object()
+        try:
+            self._calls.add(call)
+            yield self._open()
+        finally:
+            self._calls.discard(call)
+
     def _create(self, maker, function, *arguments):
         """The handle, by a function of the library that takes the maker's first, and last where to write this one."""
         self._handle = c_void_p()
@@ -52,8 +74,8 @@ class Handle:
 
     def _call(self, function, *arguments):
         """A function of the library that takes this handle first."""
-        handle = self._open()
-        self._check(self._context.run(function, handle, *arguments))
+        with self._running() as handle:
+            self._check(self._context.run(function, handle, *arguments))
 
     def _check(self, status):
         if status:  # paths in the text may be no UTF-8
@@ -135,4 +157,5 @@ class Context(Handle):
         return signals.call(function, *arguments) if signals else function(*arguments)
 
     def _call(self, function, *arguments):
-        self._check(self.run(function, self._open(), *arguments))
+        with self._running() as handle:
+            self._check(self.run(function, handle, *arguments))

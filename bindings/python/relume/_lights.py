@@ -2,6 +2,7 @@
 """Lights and their shadows, as a frame hands them over."""
 from __future__ import annotations
 
+import contextlib
 from ctypes import byref, sizeof
 from dataclasses import dataclass
 from typing import Callable
@@ -50,7 +51,7 @@ class Light(ByValue):
 
 
 class Frame:
-    """A LightSetup and what it points to."""
+    """A LightSetup and what it points to: arrays that are kept, and handles that stay open while it runs."""
 
     def __init__(self, lights, visibility):
         if isinstance(lights, Light):
@@ -58,7 +59,7 @@ class Frame:
         for i, light in enumerate(lights):
             if not isinstance(light, Light):
                 raise TypeError(f'lights[{i}]: a Light expected, {type(light).__name__} found')
-        self.kept, self.raised, self.signals = [], [], None
+        self.kept, self.handles, self.raised, self.signals = [], [], [], None
         self.setup = LightSetup()
         runtime.relume_light_setup_default(byref(self.setup), sizeof(self.setup))
         self.setup.lights = (CLight * len(lights))(*[light._c() for light in lights])
@@ -69,11 +70,12 @@ class Frame:
 
     def run(self, light, function, *arguments):
         """A function of the library that takes the handle of `light` first; what `visibility` has raised comes out here."""
-        handle = light._open()
-        status = light._context.run(function, handle, *arguments, signals=self.signals)
-        if self.raised:
-            raise self.raised.pop(0)  # not kept: its traceback keeps this Frame
-        light._check(status)
+        with contextlib.ExitStack() as running:
+            handle, *_ = (running.enter_context(each._running()) for each in (light, *self.handles))
+            status = light._context.run(function, handle, *arguments, signals=self.signals)
+            if self.raised:
+                raise self.raised.pop(0)  # not kept: its traceback keeps this Frame
+            light._check(status)
 
 
 def _visibility_call(visibility, raised, signals):

@@ -70,7 +70,8 @@ class EditBlend(Handle):
 
     def glsl(self) -> str:
         """The same for a shader: relumeEditShare() and relumeBlendEdited(), by uniforms() (relume/edit_blend.h)."""
-        return runtime.relume_edit_blend_glsl(self._open()).decode()
+        with self._running() as handle:
+            return runtime.relume_edit_blend_glsl(handle).decode()
 
     def uniforms(self) -> tuple[Floats, float]:
         """relumeEditBox (2 * boxes, 4) and relumeEditVoxel of that GLSL; relumeEditBoxes is half of the former's length."""

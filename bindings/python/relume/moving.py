@@ -51,7 +51,8 @@ def hand_parts(frame, shapes, parts):
     """The parts of a frame, (shape, matrix) each, into its setup."""
     handed = (MovingPart * len(parts))(*[MovingPart(whole(f'moving_parts[{i}]', shape), axes(f'moving_parts[{i}]', matrix))
                                          for i, (shape, matrix) in enumerate(parts)])
-    frame.kept += [handed, shapes]
+    frame.kept.append(handed)
     frame.setup.moving_parts, frame.setup.moving_part_count = handed, len(parts)
     if shapes is not None:
         frame.setup.moving_shapes = opened('moving_shapes', shapes, MovingShapes)
+        frame.handles.append(shapes)
