@@ -5,9 +5,11 @@
 #include "bake/stages.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <new>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 
 namespace relume {
@@ -15,12 +17,12 @@ namespace {
 
 constexpr std::size_t kMaxNamed = 12;  // problems that a message names
 
-// All that is wrong with a set of shards, as one error with the code of the first.
+// All that is wrong with a set of shards, each text once, as one error with the code of the first.
 class Problems {
  public:
   void add(ErrorCode code, std::string text) {
     if (texts_.empty()) code_ = code;
-    texts_.push_back(std::move(text));
+    if (std::find(texts_.begin(), texts_.end(), text) == texts_.end()) texts_.push_back(std::move(text));
   }
   bool any() const { return !texts_.empty(); }
   Error error() const {
@@ -53,6 +55,15 @@ std::string missing(const CacheRange& gap, std::uint32_t caches, const std::opti
   return std::string("missing: shard") + (named == 1 ? " " : "s ") + names + ", " + cachesOf(gap);
 }
 
+// What two shards both have.
+std::string doubled(const CacheRange& caches, const NamedShard& a, const NamedShard& b) {
+  std::error_code isNone;
+  const bool sameName = a.name == b.name, sameFile = sameName || std::filesystem::equivalent(a.name, b.name, isNone);
+  return "doubled: " + cachesOf(caches) + " are in " + a.name + " (shard " + toString(a.shard->number) + ")" +
+         (sameName ? "" : " and in " + b.name + " (shard " + toString(b.shard->number) + ")") +
+         (sameFile ? ", given twice" : "");
+}
+
 // Whether every cache is in exactly one shard. Shards are sorted by their ranges.
 void checkCoverage(std::span<const NamedShard> shards, std::uint32_t caches, Problems& problems) {
   std::optional<std::uint32_t> count;
@@ -67,9 +78,7 @@ void checkCoverage(std::span<const NamedShard> shards, std::uint32_t caches, Pro
     if (range.count() == 0) continue;
     if (range.begin > end) problems.add(ErrorCode::invalidFile, missing({end, range.begin}, caches, count));
     if (range.begin < end)
-      problems.add(ErrorCode::invalidFile, "doubled: " + cachesOf({range.begin, std::min(end, range.end)}) +
-                                               " are in " + last->name + " (shard " + toString(last->shard->number) +
-                                               ") and in " + s.name + " (shard " + toString(s.shard->number) + ")");
+      problems.add(ErrorCode::invalidFile, doubled({range.begin, std::min(end, range.end)}, *last, s));
     if (range.end > end) {
       end = range.end;
       last = &s;

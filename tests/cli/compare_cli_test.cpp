@@ -81,6 +81,24 @@ TEST_F(CompareCli, ignoredNodesThatNoBakeHasAreTold) {
   }
 }
 
+TEST_F(CompareCli, namesWithCommasAreIgnoredByArgumentsOfTheirOwn) {
+  GltfParts lit;
+  lit.material = "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[0.3,0.6,0.5,1]},\"emissiveFactor\":[1,1,1]}";
+  std::string level = makeGltf(lit);
+  level.replace(level.find("\"Room\""), 6, "\"Room,sky\"");
+  bake(put("comma.gltf", level), at("comma.relume"));
+  const auto ignored = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"compare", at("a.relume"), at("comma.relume"), "--json", "--progress", "none"});
+    const ProgramResult result = run(more);
+    EXPECT_EQ(result.err, "");
+    return Json::parse(result.out)["verdict"]["ignored"];
+  };
+  EXPECT_EQ(ignored({"--ignore", "node:Room,sky"}), Json({"node:Room,sky"}));
+  EXPECT_EQ(ignored({"--ignore", "emitter Room,sky"}), Json({"emitter Room,sky"}));
+  EXPECT_EQ(ignored({"--ignore", "node:Room,suns"}), Json({"node:Room", "suns"}));
+  EXPECT_EQ(ignored({"--ignore", "suns,,sky", "--ignore", "node:Room,sky"}), Json({"suns", "sky", "node:Room,sky"}));
+}
+
 TEST_F(CompareCli, boundsDecideTheExitStatus) {
   const auto status = [&](std::vector<std::string> more) {
     more.insert(more.begin(), {"compare", at("a.relume"), at("b.relume"), "--progress", "none"});

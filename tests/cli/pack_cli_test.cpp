@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <set>
+
 namespace relume {
 namespace {
 
@@ -41,6 +43,22 @@ TEST_F(PackCli, losslessIsTheSameBake) {
   const std::string plain = at("plain.relume");
   ASSERT_EQ(run({"pack", packed_, "-o", plain, "--profile", "plain"}).status, 0);
   EXPECT_TRUE(readAll(plain) == readAll(bake_));
+}
+
+// Packed is ordered for gzip, and may be larger as it lies.
+TEST_F(PackCli, whatIsNoSmallerIsToldOf) {
+  std::set<bool> seen;
+  for (const std::string& output : {packed_, packed_ + ".gz"}) {
+    for (const char* profile : {"lossless", "web", "plain"}) {
+      const ProgramResult packed = run({"pack", bake_, "-o", output, "--profile", profile});
+      ASSERT_EQ(packed.status, 0) << packed.err;
+      const bool isNoSmaller = readAll(output).size() >= readAll(bake_).size() && profile != std::string("plain");
+      EXPECT_EQ(packed.out.find("no smaller as it lies: serve it through gzip") != std::string::npos, isNoSmaller)
+          << packed.out;
+      seen.insert(isNoSmaller);
+    }
+  }
+  EXPECT_EQ(seen.size(), 2u);
 }
 
 TEST_F(PackCli, whatWasSimplifiedIsNotUnpacked) {

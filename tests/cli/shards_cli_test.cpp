@@ -135,6 +135,13 @@ TEST_F(ShardsCli, aMergeThatCannotBeWritesNothing) {
   };
   fails({"s1", "s3"}, 3, "missing: shard 2/3");
   fails({"s1", "s2", "s2", "s3"}, 3, "doubled: caches ");
+  const std::string thrice = merge({"s1", "s2", "s2", "s2", "s3"}).err;
+  EXPECT_NE(thrice.find(at("s2") + " (shard 2/3), given twice\n"), std::string::npos) << thrice;
+  EXPECT_EQ(thrice.find("doubled"), thrice.rfind("doubled")) << thrice;
+  std::filesystem::copy_file(at("s2"), at("copy"));
+  fails({"s1", "s2", "copy", "s3"}, 3, " and in " + at("copy") + " (shard 2/3)\n");
+  std::filesystem::create_symlink(at("s2"), at("link"));
+  fails({"s1", "s2", "link", "s3"}, 3, " and in " + at("link") + " (shard 2/3), given twice\n");
   fails({"s1", "none", "s3"}, 2, "none: ");
   const std::string second = readAll(at("s2"));
   put("half", second.substr(0, second.size() / 2));

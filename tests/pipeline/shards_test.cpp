@@ -214,9 +214,9 @@ TEST_F(BrokenShards, missingAndDoubledOnesAreNamedAllAtOnce) {
   const auto shard = [&](std::uint32_t i, std::uint32_t n) {
     return named(shardBytes(*scene_, *plan, {i, n}), "shard" + std::to_string(i));
   };
-  expectError(
-      merge(*plan_, {shard(2, 5), shard(4, 5), shard(2, 5)}), ErrorCode::invalidFile,
-      {"missing: shard 1/5", "doubled: ", "are in shard2 (shard 2/5)", "missing: shard 3/5", "missing: shard 5/5"});
+  expectError(merge(*plan_, {shard(2, 5), shard(4, 5), shard(2, 5)}), ErrorCode::invalidFile,
+              {"missing: shard 1/5", "doubled: ", "are in shard2 (shard 2/5), given twice", "missing: shard 3/5",
+               "missing: shard 5/5"});
   expectError(merge(*plan_, {}), ErrorCode::invalidFile, {"missing: caches 0 to "});
   expectError(merge(*plan_, {shard(1, 2), shard(1, 3), shard(3, 3)}), ErrorCode::invalidFile,
               {"doubled: caches 0 to ", "missing: caches "});

@@ -42,7 +42,7 @@ using Json = nlohmann::json;
 struct CompareArguments {
   std::string a, b;
   CompareBounds bounds;
-  LightIgnore ignore;
+  std::vector<std::string> ignore;  // as they were given
   std::string scene, page, runA, runB;
   bool allowStale = false, json = false, force = false;
   TerminalOptions terminal;
@@ -154,13 +154,14 @@ int runCompare(const CompareArguments& arguments) {
   if (!runA) return fail(runA.error());
   if (!runB) return fail(runB.error());
 
+  const LightIgnore ignore = splitIgnore(arguments.ignore, a->bake, b->bake);
   Json report;
   std::optional<LightDifference> difference;
   if (sameBytes(*a, *b)) {
-    if (const Status ok = checkIgnore(arguments.ignore, a->bake, b->bake, context); !ok)
+    if (const Status ok = checkIgnore(ignore, a->bake, b->bake, context); !ok)
       return terminal.finish(), fail(ok.error());
     if (const Status ok = checkSceneFile(arguments.scene); !ok) return terminal.finish(), fail(ok.error());
-    report = reportSame(arguments.a, arguments.b, sizeOf(*a), arguments.ignore, arguments.bounds);
+    report = reportSame(arguments.a, arguments.b, sizeOf(*a), ignore, arguments.bounds);
   } else {
     // Each bake once more, as its relighter holds it.
     const double relit = static_cast<double>(sizeOf(*a)) + static_cast<double>(sizeOf(*b));
@@ -170,12 +171,11 @@ int runCompare(const CompareArguments& arguments) {
     if (const Status ok = checkReceivers(arguments, a->bake, b->bake); !ok) return fail(ok.error());
     Result<std::optional<Scene>> scene = readScene(arguments, a->bake, b->bake, context);
     if (!scene) return terminal.finish(), fail(scene.error());
-    Result<LightDifference> light =
-        compareLight(a->bake, b->bake, *scene ? &**scene : nullptr, arguments.ignore, context);
+    Result<LightDifference> light = compareLight(a->bake, b->bake, *scene ? &**scene : nullptr, ignore, context);
     terminal.finish();
     if (!light) return fail(light.error());
     difference = std::move(*light);
-    report = reportDifference(*a, *b, *difference, arguments.ignore, arguments.bounds);
+    report = reportDifference(*a, *b, *difference, ignore, arguments.bounds);
   }
   if (!arguments.page.empty()) {
     const std::string page = reportAsPage(report, *a, *b, difference ? &*difference : nullptr, {*runA, *runB});
@@ -209,10 +209,9 @@ void addCompareCommand(CLI::App& app, Action& action) {
         "the mean) [>= 0]");
   command
       ->add_option(
-          "--ignore", arguments->ignore.names,
+          "--ignore", arguments->ignore,
           "What the bounds leave out, separated by commas: sky, suns, points, emitters, a lighting by its name, "
-          "node:NAME")
-      ->delimiter(',')
+          "node:NAME; a name with commas in it by an --ignore of its own")
       ->allow_extra_args(false)
       ->option_text("LIST");
   command

@@ -87,16 +87,18 @@ int runPack(const PackArguments& arguments) {
     std::printf("%s\n", jsonText(report).c_str());
     return 0;
   }
-  std::printf("%s: %.2f MB, %.2f MB through gzip; the bake has %.2f MB\n", printable(arguments.output).c_str(),
+  const bool isNoSmaller = written.size() >= before && !gzipped && arguments.profile != PackProfile::plain;
+  std::printf("%s: %.2f MB, %.2f MB through gzip; the bake has %.2f MB%s\n", printable(arguments.output).c_str(),
               static_cast<double>(written.size()) * 1e-6, static_cast<double>(zipped->size()) * 1e-6,
-              static_cast<double>(before) * 1e-6);
+              static_cast<double>(before) * 1e-6,
+              isNoSmaller ? ". It is no smaller as it lies: serve it through gzip, or pack it to NAME.relume.gz" : "");
   return 0;
 }
 
 }  // namespace
 
 void addPackCommand(CLI::App& app, Action& action) {
-  CLI::App* command = app.add_subcommand("pack", "Make a bake smaller for hosts that download it");
+  CLI::App* command = app.add_subcommand("pack", "Make a bake smaller through gzip, for hosts that download it");
   auto arguments = std::make_shared<PackArguments>();
   command->add_option("BAKE", arguments->bake, "Bake (.relume)")->option_text("FILE REQUIRED")->required();
   command

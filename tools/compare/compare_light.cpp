@@ -18,6 +18,7 @@
 #include <map>
 #include <numeric>
 #include <optional>
+#include <sstream>
 #include <utility>
 
 namespace relume {
@@ -211,6 +212,12 @@ bool hasNode(const Bake& bake, const std::string& name) {
                      [&](const BakedInstance& instance) { return instance.node == name; });
 }
 
+// Whether a name of --ignore is the lighting's, or its group's.
+bool isNamed(const Lighting& lighting, const std::string& name) {
+  return lighting.name == name || lighting.group == name ||
+         (!lighting.was.empty() && "emitter " + lighting.was == name);
+}
+
 // Add a node of --ignore, and what A calls it where only B has that name: caches and receivers go by A's names.
 void addNode(const std::string& node, const Bake& a, const Bake& b, std::vector<std::string>& nodes) {
   nodes.push_back(node);
@@ -237,8 +244,7 @@ Status applyIgnore(const LightIgnore& ignore, const Bake& a, const Bake& b, cons
     }
     bool found = name == "sky" || name == "suns" || name == "points" || name == "emitters";
     for (std::size_t i = 0; i < lightings.size(); ++i) {
-      const Lighting& l = lightings[i];
-      if (l.name != name && l.group != name && (l.was.empty() || "emitter " + l.was != name)) continue;
+      if (!isNamed(lightings[i], name)) continue;
       lightingOff[i] = true;
       found = true;
     }
@@ -330,6 +336,26 @@ void keepWorstReceivers(const LightingDifference& lighting, LightDifference& d) 
 }
 
 }  // namespace
+
+LightIgnore splitIgnore(const std::vector<std::string>& arguments, const Bake& a, const Bake& b) {
+  const std::vector<Lighting> lightings = makeLightings(a, b);
+  LightIgnore ignore;
+  for (const std::string& argument : arguments) {
+    const auto isLighting = [&](const Lighting& lighting) { return isNamed(lighting, argument); };
+    bool isName =
+        argument.find(',') == std::string::npos || std::any_of(lightings.begin(), lightings.end(), isLighting);
+    if (argument.starts_with("node:")) isName |= hasNode(a, argument.substr(5)) || hasNode(b, argument.substr(5));
+    if (isName) {
+      ignore.names.push_back(argument);
+      continue;
+    }
+    std::istringstream list(argument);
+    for (std::string name; std::getline(list, name, ',');) {
+      if (!name.empty()) ignore.names.push_back(name);
+    }
+  }
+  return ignore;
+}
 
 Status checkIgnore(const LightIgnore& ignore, const Bake& a, const Bake& b, Context& context) {
   std::vector<bool> lightingOff;

@@ -86,6 +86,9 @@ struct LightIgnore {
   std::vector<std::string> names;
 };
 
+// Of arguments that are such a name, which may have commas, or several, separated by them.
+LightIgnore splitIgnore(const std::vector<std::string>& arguments, const Bake& a, const Bake& b);
+
 // usage: an ignored lighting that there is not, or a node without a name. Of a node that neither bake has a warning is
 // all, for a CI's list may be of many levels.
 Status checkIgnore(const LightIgnore& ignore, const Bake& a, const Bake& b, Context& context);
