@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // extras.relume.bake "gridLit": such a node blocks light and sends it as a static one does, has no place on the light
-// map, and receives what the grid has. So does what is too small for the map, however little is around.
+// map, and receives what the grid has. So does what is too small for the map, however little is around, and what stands
+// on top of all else.
 #include "formats/validate.h"
 #include "relume/bake/bake.h"
 #include "relume/relighter.h"
@@ -181,6 +182,39 @@ TEST(SmallPieces, farFromEachOtherAreLitByTheGrid) {
     const glm::vec3 middle = level.scene().meshes[cube.mesh].position[0] + 0.015f;
     for (const glm::vec3& n : {glm::vec3(1, 0, 0), glm::vec3(0, 1, 0), glm::vec3(0, 0, -1)})
       EXPECT_NEAR(relighter->irradianceInGrid(middle + 0.016f * n, n).g, std::numbers::pi_v<float>, 0.2f) << cube.node;
+  }
+}
+
+// A solid stage on a ground, the highest of the level: on it the sky is seen as everywhere.
+TEST(Grid, lightsWhatStandsOnTheHighestSolid) {
+  for (const float height : {0.3f, 1.0f, 3.35f}) {
+    Level level;
+    level.begin("ground");
+    level.addRectangle({0, 0, 0}, {0, 0, 10}, {10, 0, 0});
+    level.begin("stage");
+    for (int k = 0; k < 3; ++k) {
+      glm::vec3 u(0.0f), v(0.0f), n(0.0f);
+      const glm::vec3 size(4, height, 4);
+      u[k] = size[k], v[(k + 1) % 3] = size[(k + 1) % 3], n[(k + 2) % 3] = size[(k + 2) % 3];
+      level.addRectangle({3, 0, 3}, v, u);
+      level.addRectangle(glm::vec3(3, 0, 3) + n, u, v);
+    }
+    BakeOptions options = presetOptions(Preset::draft);
+    options.surfels.count = 2048;
+    for (const glm::uvec3& resolution : {glm::uvec3(0), glm::uvec3(9, 4, 9)}) {
+      options.caches.gridResolution = resolution;
+      Context context;
+      const Result<Bake> made = bake(level.scene(), options, context);
+      ASSERT_TRUE(made) << made.error().message;
+      Result<Relighter> relighter = Relighter::create(*made, {});
+      ASSERT_TRUE(relighter);
+      LightSetup setup;
+      setup.skyRadiance = glm::vec3(1.0f);
+      ASSERT_TRUE(relightUntilConverged(*relighter, setup));
+      for (const float above : {0.1f, 0.5f, 1.5f, 20.0f})
+        EXPECT_NEAR(relighter->irradianceInGrid({5, height + above, 5}, {0, 1, 0}).g, std::numbers::pi_v<float>, 0.15f)
+            << height << " m, " << above << " m above, " << resolution.x;
+    }
   }
 }
 

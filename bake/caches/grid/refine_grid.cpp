@@ -7,6 +7,7 @@
 #include "relume/caches.h"
 
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
@@ -57,7 +58,7 @@ class SeenTriangles {
       const auto count = static_cast<std::uint32_t>(scene.meshes[scene.instances[i].mesh].triangle.size());
       for (std::uint32_t t = 0; t < count; t += kTrianglesPerRun) {
         Run run{i, t, std::min(count, t + kTrianglesPerRun), {}};
-        forEachOf(run, [&](const std::array<glm::vec3, 3>& corners) {
+        forEachOf(run, [&](const std::array<glm::vec3, 3>& corners, std::uint32_t) {
           for (const glm::vec3& p : corners) run.box.add(p);
         });
         if (run.box.low.x <= run.box.high.x) runs_.push_back(run);
@@ -66,12 +67,12 @@ class SeenTriangles {
   }
 
   const std::vector<Run>& runs() const { return runs_; }
-  // Call visit(corners) for those of a run.
+  // Call visit(corners, side) for those of a run; side: of their front.
   template <class Visit>
   void forEachOf(const Run& run, const Visit& visit) const {
     const Instance& instance = scene_.instances[run.instance];
     for (std::uint32_t t = run.begin; t < run.end; ++t) {
-      if (isSeen(playSpace_, instance, t)) visit(scene_.corners(instance, t));
+      if (isSeen(playSpace_, instance, t)) visit(scene_.corners(instance, t), 2 * (instance.firstTriangle + t));
     }
   }
 
@@ -114,6 +115,41 @@ Box boundsOf(const RayTracer& tracer, const PlaySpace& playSpace, const SeenTria
   const float longest = std::max({length.x, length.y, length.z}),
               seenLongest = std::max({seenLength.x, seenLength.y, seenLength.z});
   return seenLongest >= 0.0f && longest > kMuchLonger * seenLongest ? seen : box;
+}
+
+// How far up, down and to each side surfaces go within a box that are seen from there, as the tops of roofs are from
+// above: things may stand on them.
+Box facedBounds(const PlaySpace& playSpace, const SeenTriangles& triangles, const Box& box) {
+  constexpr float kTilt = 0.5f;  // cosine: each normal is that near to one axis at least
+  Box faced{glm::vec3(INFINITY), glm::vec3(-INFINITY)};
+  for (const Run& run : triangles.runs()) {
+    triangles.forEachOf(run, [&](const std::array<glm::vec3, 3>& corners, std::uint32_t front) {
+      const glm::vec3 cross = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
+      const float tilt = kTilt * glm::length(cross);
+      const glm::vec3 low = glm::min(glm::min(corners[0], corners[1]), corners[2]),
+                      high = glm::max(glm::max(corners[0], corners[1]), corners[2]);
+      for (int k = 0; k < 3; ++k) {
+        if (std::abs(cross[k]) <= tilt) continue;
+        const bool isFrontUp = cross[k] > 0.0f;
+        if (high[k] <= box.high[k] && playSpace.isVisible(isFrontUp ? front : front + 1))
+          faced.high[k] = std::max(faced.high[k], high[k]);
+        if (low[k] >= box.low[k] && playSpace.isVisible(isFrontUp ? front + 1 : front))
+          faced.low[k] = std::min(faced.low[k], low[k]);
+      }
+    });
+  }
+  return faced;
+}
+
+// A box with room for points before what is faced (facedBounds()) at its ends, beyond which there would be none.
+Box withRoom(const Box& box, const Box& faced, const glm::vec3& spacing) {
+  constexpr float kRoom = 1.25f;  // [spacing] points are in the middle of cells
+  Box wide = box;
+  for (int k = 0; k < 3; ++k) {
+    if (faced.high[k] > box.high[k] - 0.5f * spacing[k]) wide.high[k] = faced.high[k] + kRoom * spacing[k];
+    if (faced.low[k] < box.low[k] + 0.5f * spacing[k]) wide.low[k] = faced.low[k] - kRoom * spacing[k];
+  }
+  return wide;
 }
 
 // A convex polygon cut by slabs: a triangle has at most nine corners in a box.
@@ -198,7 +234,7 @@ void markBricks(const SeenTriangles& triangles, GridLayout& layout) {
   for (const Run& run : triangles.runs()) {
     if (markBox({(run.box.low - layout.originWorld) * perSpacing, (run.box.high - layout.originWorld) * perSpacing}))
       continue;
-    triangles.forEachOf(run, [&](const std::array<glm::vec3, 3>& corners) {
+    triangles.forEachOf(run, [&](const std::array<glm::vec3, 3>& corners, std::uint32_t) {
       Polygon polygon;
       Box box;
       for (const glm::vec3& p : corners) {
@@ -289,7 +325,8 @@ double countOf(const GridLayout& layout) {
 }
 
 // Find the spacing whose number of points is nearest to what is wanted, by steps in logarithms.
-GridLayout layoutByCount(const Box& box, const SeenTriangles& triangles, double wanted, const Context& context) {
+GridLayout layoutByCount(const Box& box, const Box& faced, const SeenTriangles& triangles, double wanted,
+                         const Context& context) {
   constexpr int kSteps = 10;
   const glm::vec3 extent = glm::max(box.high - box.low, glm::vec3(1e-4f));
   double spacing =
@@ -298,10 +335,11 @@ GridLayout layoutByCount(const Box& box, const SeenTriangles& triangles, double 
   GridLayout best;
   std::vector<std::pair<glm::uvec3, double>> tried;  // resolutions and their counts: many spacings have the same
   for (int i = 0; i < kSteps && !context.cancelled(); ++i) {
-    const glm::uvec3 resolution = coarseResolution(box, spacing);
+    const Box wide = withRoom(box, faced, glm::vec3(static_cast<float>(spacing)));
+    const glm::uvec3 resolution = coarseResolution(wide, spacing);
     auto known = std::find_if(tried.begin(), tried.end(), [&](const auto& t) { return t.first == resolution; });
     if (known == tried.end()) {
-      GridLayout layout = twoLevels(box, triangles, resolution);
+      GridLayout layout = twoLevels(wide, triangles, resolution);
       known = tried.insert(tried.end(), {resolution, countOf(layout)});
       const double off = std::abs(std::log(known->second / wanted));
       if (off < bestOff) {
@@ -405,16 +443,19 @@ std::vector<std::uint32_t> brickPoints(const GridLayout& layout) {
 Result<GridLayout> layoutGrid(const RayTracer& tracer, const PlaySpace& playSpace, const CacheOptions& options,
                               double count, Context& context) {
   const SeenTriangles triangles(tracer.scene(), playSpace);
-  const Box box = boundsOf(tracer, playSpace, triangles);
+  const Box box = boundsOf(tracer, playSpace, triangles), faced = facedBounds(playSpace, triangles, box);
   if (options.gridResolution != glm::uvec3(0)) {
     const glm::uvec3 resolution = glm::max(options.gridResolution, glm::uvec3(1));
     if (Status ok = reserveGrid(resolution, false, "lower --grid", context); !ok) return ok.error();
-    return uniform(box, resolution);
+    // Of the cells along an axis two may become room, at most half.
+    const glm::vec3 cells = glm::max(glm::vec3(resolution) - 2.5f, 0.5f * glm::vec3(resolution));
+    return uniform(withRoom(box, faced, glm::max(box.high - box.low, glm::vec3(1e-4f)) / cells), resolution);
   }
   if (options.gridSpacing > 0.0f) {
-    const glm::uvec3 coarse = coarseResolution(box, static_cast<double>(options.gridSpacing));
+    const Box wide = withRoom(box, faced, glm::vec3(options.gridSpacing));
+    const glm::uvec3 coarse = coarseResolution(wide, static_cast<double>(options.gridSpacing));
     if (Status ok = reserveGrid(coarse, true, "raise --grid-spacing", context); !ok) return ok.error();
-    GridLayout layout = twoLevels(box, triangles, coarse);
+    GridLayout layout = twoLevels(wide, triangles, coarse);
     if (Status ok = reserveLayout(layout, "raise --grid-spacing", context); !ok) return ok.error();
     return layout;
   }
@@ -424,7 +465,7 @@ Result<GridLayout> layoutGrid(const RayTracer& tracer, const PlaySpace& playSpac
           reserveMemory(context, "grid", kPointBytes * points, countText(points) + " points", "lower --grid-caches");
       !ok)
     return ok.error();
-  return layoutByCount(box, triangles, count, context);
+  return layoutByCount(box, faced, triangles, count, context);
 }
 
 }  // namespace relume
