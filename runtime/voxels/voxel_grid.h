@@ -130,9 +130,14 @@ inline std::vector<std::uint64_t> movedBits(const std::vector<std::uint64_t>& bi
   return moved;
 }
 
-// The grid over a box with so many cells on its longest side. The box is widened by half a voxel all around, so that
-// walls at its faces lie within a voxel and not between two. A box too small for floats to cut gets a metre.
-inline VolumeGrid fitGrid(const glm::vec3& boxMin, const glm::vec3& boxMax, std::uint32_t cells) {
+// Of volumes that have light: walls at a box's faces may be seen from outside of it, by caches in a voxel before them.
+inline constexpr float kLitMargin = 1.5f;  // [voxel]
+
+// The grid over a box with so many cells on its longest side. The box is widened by a margin all around, of half a
+// voxel at least, so that walls at its faces lie within a voxel and not between two. A box too small for floats to cut
+// gets a metre.
+inline VolumeGrid fitGrid(const glm::vec3& boxMin, const glm::vec3& boxMax, std::uint32_t cells,
+                          float margin = kLitMargin) {
   VolumeGrid grid;
   const glm::vec3 size = glm::max(boxMax - boxMin, glm::vec3(0.0f));
   constexpr float kLeastSize = 1e-9f;  // [m]
@@ -141,11 +146,11 @@ inline VolumeGrid fitGrid(const glm::vec3& boxMin, const glm::vec3& boxMax, std:
   // Coordinates keep three bits below a voxel.
   const glm::vec3 far = glm::max(glm::abs(boxMin), glm::abs(boxMax));
   const float finest = std::max({far.x, far.y, far.z}) * 0x1p-20f;
-  grid.voxel = std::max(longest > kLeastSize ? longest / (count - 1.0f) : 1.0f / count, finest);
-  grid.originWorld = boxMin - 0.5f * grid.voxel;
+  grid.voxel = std::max(longest > kLeastSize ? longest / (count - 2.0f * margin) : 1.0f / count, finest);
+  grid.originWorld = boxMin - margin * grid.voxel;
   const auto most = static_cast<int>(cells);
   for (int k = 0; k < 3; ++k) {
-    const float needed = std::ceil((size[k] / grid.voxel + 1.0f) / static_cast<float>(kBrickSide) - 1e-4f);
+    const float needed = std::ceil((size[k] / grid.voxel + 2.0f * margin) / static_cast<float>(kBrickSide) - 1e-4f);
     grid.cells[k] = std::clamp(static_cast<int>(needed), 1, most);
   }
   return grid;

@@ -162,6 +162,28 @@ TEST(LiveCaches, aPanelRightBelowTheCeilingShinesByItsOwnArea) {
   }
 }
 
+// A volume over a building alone has room for light before its faces.
+TEST(LiveCaches, anOutermostFaceSeesTheSky) {
+  VoxelLevel level;
+  level.surfaces[0] = {glm::vec3(0.5f), glm::vec3(0.0f)};
+  level.addBox({0, 0, 0}, {4, 3, 4}, false);
+  for (const std::uint32_t cells : {16u, 32u}) {
+    VoxelVolume volume = volumeOf(level, coarse(cells));
+    LiveCaches live = light(256);
+    LiveFrame frame;
+    frame.sky.radiance = glm::vec3(1.0f);
+    run(live, volume, frame, 2);
+    for (int k = 0; k < 3; ++k) {
+      for (const float side : {-1.0f, 1.0f}) {
+        glm::vec3 normal(0.0f), place(2.0f, 1.5f, 2.0f);
+        normal[k] = side;
+        place[k] += side * place[k];
+        EXPECT_NEAR(live.irradiance(place, normal).x, kPi, 0.03f * kPi) << cells << " cells, " << k << ", " << side;
+      }
+    }
+  }
+}
+
 // A lamp thinner than a voxel shines on all its sides.
 TEST(LiveCaches, aThinLampShinesOnItsSides) {
   VoxelLevel level;
