@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Skies and convergence: see relighter.h.
+#include "formats/decimal.h"
 #include "formats/equirectangular.h"
 #include "formats/memory.h"
 #include "formats/sh.h"
 #include "relume/relighter.h"
+#include "runtime/shared/usage_error.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -13,6 +15,7 @@
 #include <cmath>
 #include <new>
 #include <numbers>
+#include <string>
 
 namespace relume {
 namespace {
@@ -88,6 +91,8 @@ std::vector<glm::vec3> shSky(std::span<const glm::vec3> skyDirection, std::span<
 }
 
 Result<int> relightUntilConverged(Relighter& relighter, const LightSetup& setup, float tolerance, int maxFrames) try {
+  if (!(tolerance >= 0.0f)) return usageError("tolerance is " + decimal(tolerance) + ", expected 0 or more");
+  if (maxFrames < 0) return usageError("maxFrames is " + std::to_string(maxFrames) + ", expected 0 or more");
   std::vector<float> last;
   for (int frame = 1; frame <= maxFrames; ++frame) {
     if (Status ok = relighter.relight(setup); !ok) return ok.error();

@@ -73,7 +73,8 @@ void main() {
     vec3 lifted = relumeShapeVector(at) + p.voxel * inShape;
     vec3 position = lifted.x * p.toWorldX + lifted.y * p.toWorldY + lifted.z * p.toWorldZ + p.origin;
     vec3 normal = normalize(vec3(dot(p.toGridX, inShape), dot(p.toGridY, inShape), dot(p.toGridZ, inShape)));
-    vec3 e = albedo * relumeDirect(position, normal) + kRelumePi * relumeShapeVector(at + RELUME_PATCH_EMISSION), b = vec3(0.0);
+    vec3 emission = relumeEmissionScale * relumeShapeVector(at + RELUME_PATCH_EMISSION);
+    vec3 e = albedo * relumeDirect(position, normal) + kRelumePi * emission, b = vec3(0.0);
     if (relumeBounceScale > 0.0) b = relumeBounceScale * albedo * relumeIrradianceGrid(position, normal);
     relumeMovingLight[relumeFirstLight + 2u * (p.firstPatch + i)] = vec4(e, 0.0);
     relumeMovingLight[relumeFirstLight + 2u * (p.firstPatch + i) + 1u] = vec4(b, 0.0);

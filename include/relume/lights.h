@@ -66,7 +66,7 @@ struct LightSetup {
   // GL backend: direct light is what the host's shader has written by GlResolve::surfelGlsl(), in place of all of the
   // above. What it does not write anew stays as it was in the frame before.
   bool surfelIrradianceOnGpu = false;
-  glm::vec3 emissionScale{1.0f};                // [0..1e20] factor on the surfels' baked emission; 0 = off
+  glm::vec3 emissionScale{1.0f};  // [0..1e20] factor on the surfels' baked emission and on movingParts'; 0 = off
   std::span<const glm::vec3> surfelEmission{};  // [W/m²/sr] [Size 0 or n_S] in place of baked emission
   // Materials whose light is not the baked one, each at most once, in any order; those not named shine as baked. Not
   // together with surfelEmission.
@@ -76,9 +76,10 @@ struct LightSetup {
                                             // constant; projectEnvironment() makes it from a map
   float bounceScale = 1.0f;                 // [0..1] share of last frame's caches added at the surfels; 0 = one bounce
   // What moves through the level and takes part in its indirect light, as it stands in this frame. It shadows the
-  // bake's links and reflects the light that falls on it: that of `lights`, by the same visibility, and last frame's of
-  // the bake's grid. A part acts on caches for which the sphere around it covers more than 0.02 sr. Nothing is done
-  // where there are none. [Size 0..RelightOptions::movingParts]
+  // bake's links, emits emissionScale times its shape's emission, whatever materialEmissions say, and reflects the
+  // light that falls on it: that of `lights`, by the same visibility, and last frame's of the bake's grid. A part acts
+  // on caches for which the sphere around it covers more than 0.02 sr. Nothing is done where there are none.
+  // [Size 0..RelightOptions::movingParts]
   std::span<const MovingPart> movingParts{};
   const MovingShapes* movingShapes = nullptr;  // what movingParts name; not null where there are some
 };

@@ -14,6 +14,10 @@
 // grid in its own axes, 32 voxels on the longest side, so that a frame voxelises nothing; what is thinner than a voxel
 // counts as thick as one. Lengths in metres, light in W/m²/sr.
 //
+// A part acts where the sphere around it covers more than 0.02 sr, within some 12.5 radii of that sphere. There its
+// light ends at once, of one that emits L at up to 0.02 L [W/m²]: small bright things that are to light a room need a
+// lamp in LightSetup::lights.
+//
 // CPU and OpenGL backend and GpuPasses give the same light, but for rounding. The latter
 // two upload all shapes in the first frame that names them, and again where a frame names another MovingShapes: keep
 // what a level needs in one.
@@ -39,7 +43,8 @@ struct MovingMesh {
   std::span<const glm::vec3> position;    // [m] within 1e8 on each axis, in the mesh's own axes
   std::span<const glm::uvec3> triangle;   // vertex indices; the front is counter-clockwise
   std::span<const glm::vec3> albedo;      // [0..1] [Size 1 for the whole mesh, or triangles]
-  std::span<const glm::vec3> emission{};  // [W/m²/sr] [0..1e9] [Size 0, 1 or triangles] of the fronts
+  std::span<const glm::vec3> emission{};  // [W/m²/sr] [0..1e9] [Size 0, 1 or triangles] of the fronts,
+                                          // times LightSetup::emissionScale
 };
 
 inline constexpr std::uint32_t kMaxMovingParts = 256;  // of a frame

@@ -249,6 +249,8 @@ class Relighter {
   // never negative; zero where a coordinate is not finite, or a normal is not finite or longer than 2.
   // `normal` shades; `geometricNormal`, that of the receiver's own plane, says how much of its light the map's caches
   // have not seen where it leaves theirs: hand it over where normals are interpolated or mapped.
+  // In the grid a position may be anywhere: one outside reads the outermost points, as if clamped to the grid's box,
+  // however far away it is; without a grid all is zero.
   [[nodiscard]] glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal,
                                                const glm::vec3& geometricNormal) const;
   [[nodiscard]] glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal) const;
@@ -361,9 +363,10 @@ class Relighter {
 [[nodiscard]] std::vector<glm::vec3> shSky(std::span<const glm::vec3> skyDirection,
                                            std::span<const glm::vec3> coefficients);
 
-// Relight until the change of the caches' total falls below `tolerance` (relative), at most maxFrames times: a closed
-// room of albedo 0.95 takes some 130 frames, plaster about 20. Returns the number of frames, or what check() says of
-// the setup. For tools and tests; a game converges over its frames by itself.
+// Relight until the change of the caches' total falls below `tolerance` (relative) [>= 0], at most maxFrames [>= 0]
+// times: a closed room of albedo 0.95 takes some 130 frames, plaster about 20. Returns the number of frames, or what
+// check() says of the setup; usage: a tolerance or maxFrames out of range, NaN is. For tools and tests; a game
+// converges over its frames by itself.
 [[nodiscard]] Result<int> relightUntilConverged(Relighter& relighter, const LightSetup& setup, float tolerance = 1e-4f,
                                                 int maxFrames = 1024);
 

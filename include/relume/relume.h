@@ -287,7 +287,7 @@ typedef struct relume_light_setup {
   const float* surfel_emission; /* [W/m^2/sr] NULL or [3 * surfels] in place of the baked emission */
   const float* sky_patches;     /* [W/m^2/sr] NULL or [3 * sky_patches] radiance of each, in place of the constant */
   float sky_radiance[3];        /* [W/m^2/sr] a constant sky */
-  float emission_scale[3];      /* factor on the baked emission; relume_light_setup_default() sets 1 */
+  float emission_scale[3];      /* factor on the emission baked and of moving_parts; relume_light_setup_default(): 1 */
   float bounce_scale;           /* [0..1] share of last frame's light; relume_light_setup_default() sets 1 */
   /* Materials whose light is not the baked one, each at most once. Not together with surfel_emission. */
   const relume_material_emission* material_emissions;

@@ -10,7 +10,8 @@
 //
 // Command buffers are those of a queue with compute. Threads: create(), record() and destruction by one thread at a
 // time. The device must be done with all that was recorded when the executor dies. With RelightOptions::gridTexture the
-// device needs the feature shaderStorageImageExtendedFormats, switched on.
+// device needs the feature shaderStorageImageExtendedFormats, switched on. What includes this header is compiled with
+// exceptions: -fno-exceptions refuses its try, by which it says that the host's memory ran out.
 #pragma once
 
 #include "relume/gpu_passes.h"

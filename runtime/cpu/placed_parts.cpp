@@ -124,8 +124,9 @@ void PlacedParts::lightPatches(const LightSetup& setup, const PackedCaches& cach
   for (std::uint32_t i = 0; i < count; ++i) {
     const PlacedPart& part = part_[partOf_[begin + i]];
     const ShapePatch& patch = part.shape->patch[begin + i - part.firstPatch];
-    light_[begin + i] = {patch.albedo * irradiance[i] + std::numbers::pi_v<float> * patch.emission,
-                         patch.albedo * bounced[i]};
+    light_[begin + i] = {
+        patch.albedo * irradiance[i] + std::numbers::pi_v<float> * setup.emissionScale * patch.emission,
+        patch.albedo * bounced[i]};
   }
 }
 

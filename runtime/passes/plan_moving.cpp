@@ -95,6 +95,7 @@ bool FramePlan::addMoving(const LightSetup& setup, bool bounces) {
   light.relumeFirstLight = moving_.firstLight;
   light.relumeLightCount = static_cast<std::uint32_t>(lights_.size());
   light.relumeFirstView = moving_.firstView;
+  light.relumeEmissionScale = setup.emissionScale;
   light.relumeBounceScale = bounces ? setup.bounceScale : 0.0f;
   dispatch(GpuPass::movingParts, moving_.lightSet, light, &gl::RelumePartLightParameters::relumeFirstPart, 0, parts, 1,
            false);

@@ -421,12 +421,12 @@ struct RelumeSurfels {
 
 // relumeFirstLight: vec4 of the first part's light. relumeBounceScale: 0 also in the first frame.
 #define RELUME_PART_LIGHT_PARAMETERS(P) \
+  P(vec3, relumeEmissionScale)          \
+  P(float, relumeBounceScale)           \
   P(uint, relumeFirstPart)              \
-  P(uint, relumeEndPart)                \
-  P(uint, relumeFirstLight) P(uint, relumeLightCount) P(float, relumeBounceScale) P(uint, relumeFirstView)
+  P(uint, relumeEndPart) P(uint, relumeFirstLight) P(uint, relumeLightCount) P(uint, relumeFirstView)
 
-// relumeFirstView: vec4 of the views' light. relumePoints, relumePlaces: first words of the points and of the caches'
-// places.
+// relumeFirstView: vec4 of the views' light. relumePoints, relumePlaces: first words of points and of caches' places.
 #define RELUME_OCCLUDE_PARAMETERS(P) \
   RELUME_BATCH_PARAMETERS(P)         \
   P(uint, relumePartCount)           \
@@ -482,7 +482,7 @@ static_assert(sizeof(RelumeDriveParameters) == 24 && sizeof(RelumeSurfelParamete
               sizeof(RelumeCacheParameters) == 36 && sizeof(RelumeFillParameters) == 20);
 static_assert(offsetof(RelumeSurfelParameters, relumeSkyRadiance) == 64 &&
               offsetof(RelumeSurfelParameters, relumeMapSize) == 80);
-static_assert(sizeof(RelumePartLightParameters) == 24 && sizeof(RelumeOccludeParameters) == 56);
+static_assert(sizeof(RelumePartLightParameters) == 36 && sizeof(RelumeOccludeParameters) == 56);
 static_assert(sizeof(RelumePart) == 144 && offsetof(RelumePart, centre) == 48 && offsetof(RelumePart, toWorldZ) == 128);
 static_assert(sizeof(RelumeSurfels) == 32);
 static_assert(sizeof(RelumeEmitter) == 32 && offsetof(RelumeEmitter, tap) == 16);

@@ -7,7 +7,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <initializer_list>
 #include <limits>
 
 namespace relume {
@@ -21,18 +25,35 @@ class EmissionOption : public testing::Test {
   static void SetUpTestSuite() {
     folder_ = fs::temp_directory_path() / ("relume_emission_" + std::to_string(::getpid()));
     fs::create_directories(folder_);
-    const ProgramResult made = runProgram(
-        {"bake", kLevel, "-o", file("level.relume"), "--preset", "draft", "--surfels", "4000", "--progress", "none"},
-        folder_);
-    ASSERT_EQ(made.status, 0) << made.err;
+    bake(kLevel, "level.relume");
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
   static std::string file(const std::string& name) { return (folder_ / name).string(); }
 
-  static ProgramResult render(const std::vector<std::string>& more, const std::string& output = "image.exr") {
-    std::vector<std::string> arguments{"render",  kLevel,      "--bake",    file("level.relume"), "--size",
-                                       "32x20",   "--samples", "1",         "--progress",         "none",
-                                       "--force", "-o",        file(output)};
+  static void bake(const std::string& level, const std::string& output) {
+    const ProgramResult made = runProgram(
+        {"bake", level, "-o", file(output), "--preset", "draft", "--surfels", "4000", "--progress", "none"}, folder_);
+    ASSERT_EQ(made.status, 0) << made.err;
+  }
+  // The level with other words in its JSON, which end between two of its tokens.
+  static std::string changed(const std::string& name, const std::string& words, std::string others) {
+    std::string glb = readAll(kLevel);
+    while (others.size() % 4 != words.size() % 4) others += ' ';
+    glb.replace(glb.find(words), words.size(), others);
+    for (const std::size_t at : {8, 12}) {  // lengths: of the file, of its JSON
+      std::uint32_t length = 0;
+      std::memcpy(&length, &glb[at], sizeof length);
+      length += static_cast<std::uint32_t>(others.size() - words.size());
+      std::memcpy(&glb[at], &length, sizeof length);
+    }
+    std::ofstream(file(name), std::ios::binary) << glb;
+    return file(name);
+  }
+
+  static ProgramResult render(const std::vector<std::string>& more, const std::string& output = "image.exr",
+                              const std::string& level = kLevel, const std::string& bake = "level.relume") {
+    std::vector<std::string> arguments{"render", level,        "--bake", file(bake), "--size", "32x20",     "--samples",
+                                       "1",      "--progress", "none",   "--force",  "-o",     file(output)};
     if (std::find(more.begin(), more.end(), "--aov") == more.end())
       arguments.insert(arguments.end(), {"--aov", "full"});
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -96,6 +117,42 @@ TEST_F(EmissionOption, anImageIsReadAndLitAsTheReferenceDoes) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(onGl[c], found[c], 0.02 * found[c]);
 }
 
+// What no bake knows shines by it as well, and is as dark as the rest where emitters are off.
+TEST_F(EmissionOption, lightsWhatMoves) {
+  const std::string level =
+      changed("moving.glb", "{\"mesh\":14,", "{\"extras\":{\"relume\":{\"bake\":\"dynamic\"}},\"mesh\":14,");
+  bake(level, "moving.relume");
+  const auto light = [&](std::vector<std::string> more) {
+    more.insert(more.end(), {"--aov", "indirect"});
+    const ProgramResult r = render(more, "image.exr", level, "moving.relume");
+    EXPECT_TRUE(r.status == 0 || r.status == 5) << r.err;  // 5: no OpenGL here
+    return r.status == 0 ? sumOf("image.exr") : glm::dvec3(-1.0);
+  };
+  EXPECT_EQ(light({"--dynamic", "solid", "--lights", "none"}), glm::dvec3(0.0));
+  const std::vector<std::string> red{"--lights", "none", "--emission", "ring=2,0,0", "--dynamic"};
+  const auto with = [](std::vector<std::string> words, std::initializer_list<const char*> more) {
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  };
+  EXPECT_EQ(light(with(red, {"receivers"})), glm::dvec3(0.0));
+  const glm::dvec3 one = light(with(red, {"solid"})), onGl = light(with(red, {"solid", "--backend", "gl"}));
+  EXPECT_GT(one.x, 0.1);
+  EXPECT_LT(one.y, 0.01 * one.x);
+  if (onGl.x >= 0.0) {
+    EXPECT_NEAR(onGl.x, one.x, 0.02 * one.x);
+  }
+  const glm::dvec3 two = light({"--lights", "none", "--emission", "ring=4,0,0", "--dynamic", "solid"});
+  EXPECT_NEAR(two.x, 2.0 * one.x, 0.01 * two.x);
+  // Beside what the bake knows, which is driven at the same time.
+  const glm::dvec3 both = light(with(red, {"solid", "--emission", "star_blue=0,0,5"}));
+  EXPECT_NEAR(both.x, one.x, 0.02 * one.x);
+  EXPECT_GT(both.z, 0.1);
+  // The level's own, from which it takes its green and blue.
+  const glm::dvec3 all = light({"--dynamic", "solid", "--lights", "emissive"}),
+                   fewer = light({"--dynamic", "solid", "--lights", "emissive", "--emission", "ring=14,0,0"});
+  EXPECT_LT(fewer.z, all.z - 0.1);
+}
+
 TEST_F(EmissionOption, mistakesAreNamed) {
   expectRefused(render({"--emission", "ring"}), 1, "MATERIAL=R,G,B, three numbers of 0 to 1e9");
   expectRefused(render({"--emission", "ring=1,2"}), 1, "\"ring=1,2\" found");
@@ -114,6 +171,11 @@ TEST_F(EmissionOption, mistakesAreNamed) {
     ASSERT_TRUE(writeImage(file("bad.exr"), 2, 2, texels));
     expectRefused(render({"--emission", "screen=" + file("bad.exr")}), 3, "texel 1, 1 is negative, not finite");
   }
+  // Baked parts have it, but when they were baked it did not emit.
+  const std::string later =
+      changed("later.glb", "{\"name\":\"grey\",", "{\"emissiveFactor\":[1,1,1],\"name\":\"grey\",");
+  const std::vector<std::string> grey{"--allow-stale", "--emission", "grey=1,2,3"};
+  expectRefused(render(grey, "image.exr", later), 1, "--emission: \"" + file("level.relume") + "\" knows nothing of");
   // The image is not written over.
   expectRefused(render({"--emission", "screen=" + file("fine.exr")}, "fine.exr"), 1, "an image of --emission");
 }

@@ -71,7 +71,8 @@ TEST_F(GlMoving, givesTheLightOfTheCpu) {
     Relighter cpu = relighterOf(bake, optionsOf(BackendKind::cpu, 16)),
               gl = relighterOf(bake, optionsOf(BackendKind::gl, 16)),
               plain = relighterOf(bake, optionsOf(BackendKind::gl, 0));
-    const LightSetup open = setupOf(lights, sky);
+    LightSetup open = setupOf(lights, sky);
+    open.emissionScale = {0.5f, 1.0f, 2.0f};
     const std::vector<float> without = lit(plain, open);
     for (const auto& [name, parts] : someFrames()) {
       SCOPED_TRACE(std::string(linkKindName(kind)) + ", " + name);
@@ -201,6 +202,29 @@ TEST_F(GlMoving, standInTheHostsShadows) {
   EXPECT_NEAR(seen(0.5f), 0.5f * all, 0.02f * all);
   EXPECT_EQ(seen(0.0f), 0.0f);
   EXPECT_EQ(relighterOf(bake, optionsOf(BackendKind::gl, 0)).gl()->movingProgram(), 0u);
+}
+
+// A part that emits is dark where emitters are off, and as bright as on the CPU where they are not.
+TEST_F(GlMoving, shineByTheEmissionScale) {
+  const MovingShapes shapes = someShapes();
+  const Bake bake = room(LinkKind::oct6);
+  const MovingPart box = at(2, kMiddle);
+  const std::vector<glm::vec3> darkness(bake.surfels.count(), glm::vec3(0.0f));
+  LightSetup setup;
+  setup.surfelEmission = darkness;
+  setup.movingShapes = &shapes;
+  setup.movingParts = {&box, 1};
+  Relighter cpu = relighterOf(bake, optionsOf(BackendKind::cpu, 1)),
+            gl = relighterOf(bake, optionsOf(BackendKind::gl, 1));
+  setup.emissionScale = {1.0f, 3.0f, 0.5f};
+  const std::vector<float> expected = lit(cpu, setup), found = lit(gl, setup);
+  EXPECT_LT(test::coefficientDifference(expected, found, cpu.coefficientsPerCache()), 0.005);
+  EXPECT_LT(relativeError(expected, found), 0.001);
+  setup.emissionScale = glm::vec3(0.0f);
+  const std::vector<float> dark(expected.size(), 0.0f);
+  EXPECT_NE(expected, dark);
+  EXPECT_EQ(lit(cpu, setup), dark);
+  EXPECT_EQ(lit(gl, setup), dark);
 }
 
 // Other shapes at the place in memory where some were before are other shapes, and parts leave no traces.

@@ -151,6 +151,31 @@ TEST(MovingParts, reflectsLampsInItsOwnColour) {
   EXPECT_EQ(green(glm::vec3(1.0f), true), glm::vec3(0.0f));
 }
 
+// What it emits goes up and down with what emits in the bake, and out.
+TEST(MovingParts, shineByTheEmissionScale) {
+  const Bake bake = room(LinkKind::oct6);
+  const MovingShapes shapes = shapesOf(test::Ball(0.6f, 32), glm::vec3(0.5f), glm::vec3(3.0f));
+  const std::vector<glm::vec3> darkness(bake.surfels.count(), glm::vec3(0.0f));
+  const MovingPart part = at(kMiddle);
+  const auto seen = [&](const glm::vec3& scale) {
+    Relighter relighter = test::makeRelighter(bake, withParts());
+    LightSetup setup;
+    setup.surfelEmission = darkness;
+    setup.emissionScale = scale;
+    setup.bounceScale = 0.0f;
+    setup.movingShapes = &shapes;
+    setup.movingParts = {&part, 1};
+    EXPECT_TRUE(relighter.relight(setup));
+    return relighter.irradianceInGrid({6.0f, 3.7f, 3.0f}, {0.0f, -1.0f, 0.0f});
+  };
+  const glm::vec3 all = seen(glm::vec3(1.0f)), some = seen({2.0f, 0.5f, 0.0f});
+  EXPECT_GT(all.r, 0.05f);
+  EXPECT_NEAR(some.r, 2.0f * all.r, 0.05f * all.r);
+  EXPECT_NEAR(some.g, 0.5f * all.g, 0.05f * all.g);
+  EXPECT_NEAR(some.b, 0.0f, 0.05f * all.b);
+  EXPECT_EQ(seen(glm::vec3(0.0f)), glm::vec3(0.0f));
+}
+
 // Nothing near, nothing before a sender, or nothing at all: not a bit changes.
 TEST(MovingParts, whatHidesNothingChangesNothing) {
   for (const LinkKind kind : kLinkKinds) {

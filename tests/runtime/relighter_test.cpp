@@ -294,6 +294,20 @@ TEST(Setup, directionsWithinOnePercentOfUnitLengthAreNormalised) {
   }
 }
 
+TEST(Setup, convergingHasItsOwnRanges) {
+  Relighter relighter = makeRelighter(test::makeFurnaceBake(0.5f, 1.0f, 3));
+  const auto refusal = [&](float tolerance, int maxFrames) {
+    const Result<int> frames = relightUntilConverged(relighter, {}, tolerance, maxFrames);
+    return frames ? "" : frames.error().message;
+  };
+  EXPECT_EQ(refusal(std::numeric_limits<float>::quiet_NaN(), 4), "tolerance is nan, expected 0 or more");
+  EXPECT_EQ(refusal(-0.5f, 4), "tolerance is -0.5, expected 0 or more");
+  EXPECT_EQ(refusal(1e-4f, -5), "maxFrames is -5, expected 0 or more");
+  EXPECT_EQ(relighter.nodeRadiosity()[0], glm::vec3(0.0f)) << "no frame was run";
+  EXPECT_EQ(relightUntilConverged(relighter, {}, 0.0f, 0).value(), 0);
+  EXPECT_EQ(relightUntilConverged(relighter, {}, 0.0f, 3).value(), 3);
+}
+
 // Light of the furthest numbers that check() takes, in every field.
 TEST(Setup, whatIsTakenStaysFinite) {
   const Bake furnace = test::makeFurnaceBake(0.0f, 0.5f, 3), level = test::makeSyntheticBake({.surfels = 500});

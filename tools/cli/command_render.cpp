@@ -261,14 +261,6 @@ int runRender(const RenderArguments& arguments) {
     context.message(Severity::warning, arguments.bake +
                                            ": has no patches of sky, so the sky lights nothing here; bake "
                                            "with --sky-patches 64");
-  std::optional<MovingShapes> shapes;
-  if (arguments.dynamic == "solid") {
-    auto made = movingShapes(*scene);
-    if (!made) return fail(made.error());
-    shapes.emplace(std::move(*made));
-    request.movingShapes = &*shapes;
-    request.movingParts = movingParts(*scene);
-  }
   std::optional<FoundEdits> edits;
   if (before) {
     edits.emplace(findEdits(*before, *scene));
@@ -283,7 +275,19 @@ int runRender(const RenderArguments& arguments) {
     if (Status ok = driveScene(edits->level.before, *driven, request.emissive || driven->empty()); !ok)
       return fail(ok.error());
   }
+  if (bake) {
+    if (Status ok = checkDriven(before ? *before : *scene, *driven, bake->emitters, arguments.bake); !ok)
+      return fail(ok.error());
+  }
   request.driven = std::move(*driven);
+  std::optional<MovingShapes> shapes;
+  if (arguments.dynamic == "solid") {
+    auto made = movingShapes(*scene);  // which shine as they are driven
+    if (!made) return fail(made.error());
+    shapes.emplace(std::move(*made));
+    request.movingShapes = &*shapes;
+    request.movingParts = movingParts(*scene);
+  }
 
   // 3. Draw and write
   const auto begin = std::chrono::steady_clock::now();

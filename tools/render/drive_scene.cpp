@@ -172,4 +172,17 @@ Status driveScene(Scene& scene, std::span<const DrivenMaterial> driven, bool kee
                        "\" in the scene that emits or has extras.relume.drivable; there are: " + drivableNames(scene));
 }
 
+Status checkDriven(const Scene& scene, std::span<const DrivenMaterial> driven, const Emitters& emitters,
+                   const std::string& bakeFile) {
+  for (const DrivenMaterial& d : driven) {
+    const auto isBaked = [&](const Instance& i) { return i.baked() && scene.material(i).name == d.name; };
+    if (findMaterial(emitters, d.name) || std::none_of(scene.instances.begin(), scene.instances.end(), isBaked))
+      continue;
+    return emissionError("\"" + bakeFile + "\" knows nothing of material \"" + d.name +
+                         "\" that emits, though baked parts have it: it was not drivable when the level was baked, or "
+                         "nothing of it is seen; bake the level again, or leave it out");
+  }
+  return done();
+}
+
 }  // namespace relume

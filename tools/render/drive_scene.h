@@ -5,6 +5,7 @@
 
 #include "relume/bake/context.h"
 #include "relume/bake/scene.h"
+#include "relume/emitters.h"
 #include "relume/result.h"
 #include "tools/images/image_io.h"
 
@@ -45,5 +46,10 @@ Result<std::vector<DrivenMaterial>> readEmissions(const std::vector<std::string>
 // scene is then no longer that of its bake: look whether it is before. usage: a material that is not in the scene, or
 // neither emits nor is marked as drivable, or has no texture coordinates for an image.
 Status driveScene(Scene& scene, std::span<const DrivenMaterial> driven, bool keepOthers);
+
+// Whether a bake of the scene, read from that file, can be lit so. usage: a material that a baked part has, but none of
+// the bake's emitters.
+Status checkDriven(const Scene& scene, std::span<const DrivenMaterial> driven, const Emitters& emitters,
+                   const std::string& bakeFile);
 
 }  // namespace relume

@@ -5,6 +5,7 @@
 #include "tools/render/kept_shadows.h"
 #include "tools/render/read_sky_map.h"
 
+#include <algorithm>
 #include <functional>
 
 namespace relume {
@@ -112,21 +113,20 @@ std::vector<Light> toRuntimeLights(const std::vector<SceneLight>& lights) {
 
 namespace {
 
-// What the request drives, by the bake's materials of the same names; one that the bake does not know is refused.
+// What the request drives of the bake's materials, by their names. Where emitting surfaces are off, the others are dark
+// one by one: LightSetup::emissionScale is that of moving parts as well.
 std::vector<MaterialEmission> emissionsOf(const RenderRequest& request) {
-  const Emitters& emitters = request.bake->emitters;
   std::vector<MaterialEmission> list;
-  for (const DrivenMaterial& d : request.driven) {
-    MaterialEmission emission;
-    emission.radiance = d.radiance;
-    emission.image = d.image;
-    const std::size_t before = list.size();
-    for (std::uint32_t m = 0; m < emitters.materials.size(); ++m) {
-      emission.material = m;
-      if (emitters.materials[m].name == d.name) list.push_back(emission);
-    }
-    emission.material = static_cast<std::uint32_t>(emitters.materials.size());
-    if (list.size() == before) list.push_back(emission);
+  if (request.driven.empty()) return list;
+  const Array<DrivableMaterial>& materials = request.bake->emitters.materials;
+  for (std::uint32_t m = 0; m < materials.size(); ++m) {
+    const auto driven = std::find_if(request.driven.begin(), request.driven.end(),
+                                     [&](const DrivenMaterial& d) { return d.name == materials[m].name; });
+    if (driven == request.driven.end() && request.emissive) continue;
+    MaterialEmission& emission = list.emplace_back();
+    emission.material = m;
+    emission.radiance = driven != request.driven.end() ? driven->radiance : glm::vec3(0.0f);
+    if (driven != request.driven.end()) emission.image = driven->image;
   }
   return list;
 }
@@ -139,7 +139,8 @@ Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions&
   if (!request.bake) return relit;
   RelightOptions options = common;
   for (const DrivenMaterial& d : request.driven) {
-    if (!d.image.empty()) options.drivenImages.push_back({d.name, d.width, d.height});
+    if (!d.image.empty() && findMaterial(request.bake->emitters, d.name))
+      options.drivenImages.push_back({d.name, d.width, d.height});
   }
   const std::vector<Light> lights = toRuntimeLights(request.lights);
   LightSetup setup;
@@ -148,7 +149,11 @@ Result<Relit> relightRequest(const RenderRequest& request, const RelightOptions&
   setup.materialEmissions = emissions;
   KeptShadows shadows(visibility);
   if (visibility) setup.visibilityBatch = std::ref(shadows);
-  setup.emissionScale = glm::vec3(request.emissive ? 1.0f : 0.0f);
+  setup.emissionScale = glm::vec3(request.drawsEmission() ? 1.0f : 0.0f);
+  // Where the bake knows none, as that of file format 3, it is dark as a whole.
+  const bool darkens = request.drawsEmission() && !request.emissive && emissions.empty();
+  const std::vector<glm::vec3> darkness(darkens ? request.bake->surfels.count() : 0, glm::vec3(0.0f));
+  setup.surfelEmission = darkness;
   setup.skyRadiance = request.sky.radiance;
   const std::vector<glm::vec3> patches = skyPatchesOf(request.sky, request.bake->hierarchy.skyDirection.span());
   setup.skyPatches = patches;

@@ -147,7 +147,7 @@ export interface LightSetup {
   skyPatches?: ArrayLike<number>;
   /** [W/m²/sr] of a constant sky; default 0. */
   skyRadiance?: ArrayLike<number>;
-  /** Factor on the baked emission; default 1. */
+  /** Factor on the baked emission and on that of movingParts; default 1. */
   emissionScale?: ArrayLike<number>;
   /** [0..1] share of last frame's light; default 1. */
   bounceScale?: number;
