@@ -62,6 +62,7 @@ Result<LiveLight> LiveLight::create(const VoxelGeometry& geometry, const LiveLig
       backend = std::make_unique<CpuLiveBackend>(std::move(*made));
     }
     NestedOptions nested;
+    nested.outermost.margin = kLitMargin;
     nested.outermost.boxMin = options.boxMin;
     nested.outermost.boxMax = options.boxMax;
     nested.outermost.cells = options.cells;

@@ -132,7 +132,7 @@ Result<MovingShape> makeShape(const MovingMesh& mesh, std::size_t index) {
   }
   MovingShape shape;
   boundSphere(mesh, low, high, shape);
-  shape.grid = fitGrid(low, high, kShapeBricks, 0.5f);
+  shape.grid = fitGrid(low, high, kShapeBricks);
   shape.bits.assign(shape.grid.cellCount(), 0);
   shape.boxes = (shape.grid.cells + (kPatchBricks - 1)) / kPatchBricks;
   shape.patchOf.assign(kPatchFacings * static_cast<std::size_t>(shape.boxes.x * shape.boxes.y * shape.boxes.z),

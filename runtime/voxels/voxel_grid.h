@@ -136,8 +136,7 @@ inline constexpr float kLitMargin = 1.5f;  // [voxel]
 // The grid over a box with so many cells on its longest side. The box is widened by a margin all around, of half a
 // voxel at least, so that walls at its faces lie within a voxel and not between two. A box too small for floats to cut
 // gets a metre.
-inline VolumeGrid fitGrid(const glm::vec3& boxMin, const glm::vec3& boxMax, std::uint32_t cells,
-                          float margin = kLitMargin) {
+inline VolumeGrid fitGrid(const glm::vec3& boxMin, const glm::vec3& boxMax, std::uint32_t cells, float margin = 0.5f) {
   VolumeGrid grid;
   const glm::vec3 size = glm::max(boxMax - boxMin, glm::vec3(0.0f));
   constexpr float kLeastSize = 1e-9f;  // [m]

@@ -76,7 +76,7 @@ Result<VoxelVolume> VoxelVolume::create(const VoxelGeometry& geometry, const Vox
     VoxelVolume volume;
     Bounds box{options.boxMin, options.boxMax, false};
     if (options.boxMin == options.boxMax) box = boundsOf(geometry);
-    volume.grid_ = fitGrid(box.min, box.max, options.cells);
+    volume.grid_ = fitGrid(box.min, box.max, options.cells, options.margin);
     volume.grid_.roams = options.roams;
     volume.geometry_ = std::make_shared<const PackedGeometry>(packGeometry(geometry, options.parallelFor));
     for (const VoxelPart& part : geometry.parts) volume.parts_.push_back({part, true});

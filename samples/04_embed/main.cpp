@@ -82,8 +82,7 @@ int play(const Arguments& arguments, GLFWwindow* window) {
     return fail({relume::ErrorCode::invalidFile,
                  arguments.bake + " is not the bake that " + arguments.level + " was exported with"});
   if (bake->caches.grid.resolution.x == 0)
-    std::fprintf(stderr,
-                 "%s: no grid, so that the cube and backs get no indirect light: bake without --grid-caches 0\n",
+    std::fprintf(stderr, "%s: no grid, so that the cube gets no indirect light: bake without --grid-caches 0\n",
                  arguments.bake.c_str());
   relume::Result<Renderer> renderer = Renderer::create(*level, cube, *bake, kWidth, kHeight, glfwGetProcAddress);
   if (!renderer) return fail(renderer.error());

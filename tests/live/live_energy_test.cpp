@@ -168,7 +168,9 @@ TEST(LiveCaches, anOutermostFaceSeesTheSky) {
   level.surfaces[0] = {glm::vec3(0.5f), glm::vec3(0.0f)};
   level.addBox({0, 0, 0}, {4, 3, 4}, false);
   for (const std::uint32_t cells : {16u, 32u}) {
-    VoxelVolume volume = volumeOf(level, coarse(cells));
+    VoxelOptions options = coarse(cells);
+    options.margin = kLitMargin;
+    VoxelVolume volume = volumeOf(level, options);
     LiveCaches live = light(256);
     LiveFrame frame;
     frame.sky.radiance = glm::vec3(1.0f);

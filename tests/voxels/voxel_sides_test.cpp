@@ -234,7 +234,7 @@ TEST(VoxelSides, aClothBeforeAWallHidesIt) {
       const auto volume = VoxelVolume::create(level.geometry(), options);
       ASSERT_TRUE(volume);
       const glm::vec3 expected = glm::mix(wall, cloth, covered);
-      const float about = covered == 0.5f ? 0.0876f : 2e-3f;  // shares of area are right to two sixteenths, of 0.7
+      const float about = covered == 0.5f ? 0.08f : 2e-3f;  // shares of area are in sixteenths of a voxel
       int seen = 0;
       for (std::uint32_t i = 0; i < volume->sideCount(); ++i) {
         const VoxelSide& side = volume->side(i);

@@ -242,6 +242,7 @@ Result<NestedVolumes> voxeliseScene(const Scene& scene, const SceneVolumes& want
   const std::optional<SceneBounds> part = wanted.box ? wanted.box : livePartOf(scene);
   const SceneBounds bounds = part ? *part : boundsOf(scene);
   NestedOptions options;
+  options.outermost.margin = kLitMargin;
   options.outermost.boxMin = bounds.min;
   options.outermost.boxMax = bounds.max;
   options.outermost.roams = part && (!wanted.box || wanted.roams);  // what lies beyond is lit by the sky alone
@@ -250,7 +251,7 @@ Result<NestedVolumes> voxeliseScene(const Scene& scene, const SceneVolumes& want
   options.cascades = wanted.cascades;
   options.eyeWorld = wanted.eyeWorld;
   constexpr float kVoxels = 2.0f;  // of a piece's longest edge, of the outermost volume alone: it is most of the memory
-  const float voxel = fitGrid(bounds.min, bounds.max, wanted.cells).voxel;
+  const float voxel = fitGrid(bounds.min, bounds.max, wanted.cells, kLitMargin).voxel;
   if (Status ok = reserveVoxels(scene, bounds, voxel, wanted.cascades, context); !ok) return ok.error();
   const auto pieces = VoxelScene::create(scene, kVoxels * voxel, context, part ? &bounds : nullptr);
   if (!pieces) return pieces.error();

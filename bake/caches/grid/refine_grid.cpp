@@ -141,13 +141,13 @@ Box facedBounds(const PlaySpace& playSpace, const SeenTriangles& triangles, cons
   return faced;
 }
 
-// A box with room for points before what is faced (facedBounds()) at its ends, beyond which there would be none.
+// A box with room for points before what is faced (facedBounds()) and ends it, beyond which there would be none.
 Box withRoom(const Box& box, const Box& faced, const glm::vec3& spacing) {
-  constexpr float kRoom = 1.25f;  // [spacing] points are in the middle of cells
+  constexpr float kRoom = 1.25f, kAtEnd = 0.05f;  // [spacing] points are in the middle of cells
   Box wide = box;
   for (int k = 0; k < 3; ++k) {
-    if (faced.high[k] > box.high[k] - 0.5f * spacing[k]) wide.high[k] = faced.high[k] + kRoom * spacing[k];
-    if (faced.low[k] < box.low[k] + 0.5f * spacing[k]) wide.low[k] = faced.low[k] - kRoom * spacing[k];
+    if (faced.high[k] > box.high[k] - kAtEnd * spacing[k]) wide.high[k] = faced.high[k] + kRoom * spacing[k];
+    if (faced.low[k] < box.low[k] + kAtEnd * spacing[k]) wide.low[k] = faced.low[k] - kRoom * spacing[k];
   }
   return wide;
 }
