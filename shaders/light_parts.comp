@@ -27,7 +27,7 @@ vec3 relumeShapeVector(uint at) { return uintBitsToFloat(uvec3(relumeShapeWord[a
 vec3 relumeDirect(vec3 position, vec3 normal) {
   vec3 sum = vec3(0.0);
   for (uint i = 0u; i < relumeLightCount; ++i) {
-    vec3 e = relumeDirectIrradiance(relumeLight[i], position, normal);
+    vec3 e = relumeDirectIrradiance(relumeLight[i], position, normal, 0.0);
     if (e != vec3(0.0)) sum += e * relumeClampedVisibility(relumeVisibility(i, position, normal));
   }
   return sum;

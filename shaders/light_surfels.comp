@@ -34,7 +34,7 @@ vec3 relumeDirect(uint s, vec3 position, vec3 normal) {
   if (relumeHostOffset.x != kRelumeNone) return relumeHost[relumeHostOffset.x + s].rgb;
   vec3 sum = vec3(0.0);
   for (uint i = 0u; i < relumeLightCount; ++i) {
-    vec3 e = relumeDirectIrradiance(relumeLight[i], position, normal);
+    vec3 e = relumeDirectIrradiance(relumeLight[i], position, normal, relumeSurfelRadius);
     if (e != vec3(0.0)) sum += e * relumeClampedVisibility(relumeVisibility(i, position, normal));
   }
   return sum;

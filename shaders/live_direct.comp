@@ -25,9 +25,11 @@ vec3 relumeLightAt(uvec2 word, vec3 middle) {
   if (high.z == 0) return vec3(0.0);
   vec3 n = normalize(vec3(low.w, high.xy));
   vec3 at = relumeLiveOrigin + relumeLiveVoxel * (middle + vec3(low.xyz) / 64.0 + RELUME_LIVE_LIFT * n);
+  // Of a disc of its share of the voxel's face
+  float radius = relumeLiveVoxel * sqrt(float(high.z) / (4.0 * 3.14159265));
   vec3 sum = vec3(0.0);
   for (uint i = 0u; i < relumeLightCount; ++i) {
-    vec3 e = relumeDirectIrradiance(relumeLight[i], at, n);
+    vec3 e = relumeDirectIrradiance(relumeLight[i], at, n, radius);
     if (e != vec3(0.0)) sum += e * relumeClampedVisibility(relumeVisibility(i, at, n));
   }
   return 0.25 * float(high.z) * sum;

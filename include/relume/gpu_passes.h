@@ -142,7 +142,7 @@ struct GpuConstant {
 };
 
 // Push constants of a program, at most. Every Vulkan device has 128.
-inline constexpr std::size_t kGpuParameterBytes = 96;
+inline constexpr std::size_t kGpuParameterBytes = 112;
 
 // Storage buffers of a program, at most: maxPerStageDescriptorStorageBuffers.
 inline constexpr std::uint32_t kGpuStorageBuffers = 8;

@@ -60,7 +60,7 @@ void lightByBatches(const LightSetup& setup, const LightSurfelsJob& job, std::ui
     for (std::uint32_t i = 0; i < count; ++i) {
       position[lit] = surfelPosition(job, first + i);
       normal[lit] = unpackSurfelNormal(job.word[2][first + i]);
-      light[lit] = directIrradiance(setup.lights[k], position[lit], normal[lit]);
+      light[lit] = directIrradiance(setup.lights[k], position[lit], normal[lit], job.radius);
       slot[lit] = i;
       if (light[lit] != glm::vec3(0.0f)) ++lit;
     }
@@ -86,7 +86,7 @@ void lightByHost(const SurfelSet& surfels, const LightSetup& setup, const LightS
     const glm::vec3 position = surfelPosition(job, first + i), normal = unpackSurfelNormal(job.word[2][first + i]);
     glm::vec3 sum(0.0f);
     for (std::uint32_t k = 0; k < setup.lights.size(); ++k) {
-      const glm::vec3 light = directIrradiance(setup.lights[k], position, normal);
+      const glm::vec3 light = directIrradiance(setup.lights[k], position, normal, job.radius);
       if (light == glm::vec3(0.0f)) continue;
       // A number of the host's that is not finite would never leave the bounces.
       const float visible = setup.visibility(k, position, normal);

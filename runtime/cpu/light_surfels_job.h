@@ -27,6 +27,9 @@ struct PreparedLight {
 struct LightSurfelsJob {
   const std::uint32_t* word[4] = {};  // of the surfels (runtime/shared/pack_surfel.h), each padded to whole blocks
   float origin[3] = {}, step[3] = {};
+  float radius = 0.0f;          // [m] of a disc of a surfel's area
+  float discReach2 = 0.0f;      // [m²] square of kDiscReach (runtime/direct_light.h) radii
+  float inverseRadius2 = 0.0f;  // [1/m²]
   const PreparedLight* light = nullptr;
   std::uint32_t lightCount = 0;
   float bounceScale = 0.0f;

@@ -35,9 +35,20 @@ inline Floats3 normals(const LightSurfelsJob& job, std::uint32_t first) {
   return n;
 }
 
+// discFactor() of direct_light.cpp, of the squares of the height and of the distance in radii; 0 below the plane.
+inline Floats discFactor(Floats b, Floats a, float inverseRadius2) {
+  const Floats zero{}, one = splat(1.0f), tiny = splat(1e-30f);
+  const auto root = [tiny](Floats v) __attribute__((always_inline)) { return v * inverseSqrt(max(v, tiny)); };
+  const Floats u = a - one, w = max(root(u * u + 4.0f * b), splat(1e-15f));
+  const Floats across2 = (u > zero ? 2.0f * b / (w + u) : 0.5f * (w - u)) / w;
+  const Floats x = min(root(across2 / max(a, b + one)), one);
+  const Floats factor = (2.0f * inverseRadius2) * x / (one + root(one - x));
+  return b > zero ? factor : zero;
+}
+
 // What a light's intensity is multiplied with. KHR_lights_punctual: E = I cos / d², with a window that ends at the
-// range.
-inline Floats lightFactor(const PreparedLight& light, const Floats3& p, const Floats3& n) {
+// range. Near surfels are discs.
+inline Floats lightFactor(const LightSurfelsJob& job, const PreparedLight& light, const Floats3& p, const Floats3& n) {
   const Floats zero{}, one = splat(1.0f);
   const Floats3 direction = splat3(light.direction);
   if (light.kind == 0) return max(-dot(direction, n), zero);
@@ -45,7 +56,13 @@ inline Floats lightFactor(const PreparedLight& light, const Floats3& p, const Fl
   const Floats d2 = max(dot(toward, toward), splat(1e-12f));
   const Floats cosineTimesD = max(dot(toward, n), zero);
   const Floats inverseD = inverseSqrt(d2), share = d2 * light.inverseRange2;
-  Floats factor = cosineTimesD * inverseD / max(d2, splat(1e-8f)) * max(one - share * share, zero);
+  Floats factor = cosineTimesD * inverseD / max(d2, splat(1e-8f));
+  const Floats reach2 = splat(job.discReach2);
+  if (maxLane(reach2 - d2) > 0.0f) {
+    const float r = job.inverseRadius2;
+    factor = d2 < reach2 ? discFactor(cosineTimesD * cosineTimesD * r, d2 * r, r) : factor;
+  }
+  factor *= max(one - share * share, zero);
   if (light.kind == 2) {
     const Floats cosine = -dot(direction, toward) * inverseD;
     const Floats t = min(max((cosine - light.cosOuter) * light.coneScale, zero), one);
@@ -60,7 +77,7 @@ inline void lightDirectly(const LightSurfelsJob& job, std::uint32_t first, std::
     Floats r{}, g{}, b{};
     for (std::uint32_t k = 0; k < job.lightCount; ++k) {
       const PreparedLight& light = job.light[k];
-      const Floats factor = lightFactor(light, p, n);
+      const Floats factor = lightFactor(job, light, p, n);
       r += light.intensity[0] * factor;
       g += light.intensity[1] * factor;
       b += light.intensity[2] * factor;

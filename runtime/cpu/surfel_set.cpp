@@ -2,6 +2,7 @@
 // See surfel_set.h.
 #include "runtime/cpu/surfel_set.h"
 
+#include "runtime/direct_light.h"
 #include "runtime/shared/chunks.h"
 #include "runtime/shared/pack_color.h"
 
@@ -48,6 +49,7 @@ std::uint32_t materialOf(const Emitters& emitters, std::uint32_t entry) {
 SurfelSet::SurfelSet(const Surfels& surfels, const Hierarchy& hierarchy, const Emitters& emitters,
                      std::pmr::vector<std::uint32_t> order, bool keepOrder, std::pmr::memory_resource* memory)
     : box_(boxOf(surfels.positionWorld)),
+      radius_(discRadius(surfels.areaEach)),
       word_{std::pmr::vector<std::uint32_t>(memory), std::pmr::vector<std::uint32_t>(memory),
             std::pmr::vector<std::uint32_t>(memory), std::pmr::vector<std::uint32_t>(memory)},
       leaf_(
@@ -81,6 +83,9 @@ void SurfelSet::describe(LightSurfelsJob& job) const {
     job.origin[k] = box_.origin[k];
     job.step[k] = box_.step[k];
   }
+  job.radius = radius_;
+  job.discReach2 = kDiscReach * kDiscReach * radius_ * radius_;
+  job.inverseRadius2 = 1.0f / (radius_ * radius_);
   for (std::size_t k = 0; k < 4; ++k) job.word[k] = word_[k].data();
 }
 

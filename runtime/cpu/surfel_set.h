@@ -58,6 +58,7 @@ class SurfelSet {
 
  private:
   SurfelBox box_;
+  float radius_ = 0.0f;                                  // [m] of a disc of a surfel's area
   std::array<std::pmr::vector<std::uint32_t>, 4> word_;  // [Size n_S, padded to whole blocks]
   NodeSet leaf_;
   std::pmr::vector<std::uint32_t> order_;  // [Size n_S], or 0

@@ -243,8 +243,7 @@ void FramePlan::makeBuffers(const GridTexture& texture, std::uint32_t movingPart
   tiltedEnd_ = senders.tiltedEnd;
   surfelEnd_ = senders.surfelEnd;
   senderEnd_ = senders.senderEnd;
-  surfelBox_ = {senders.box.origin, senders.surfelEnd, senders.box.step,
-                std::sqrt(bake_.surfels.areaEach / std::numbers::pi_v<float>)};
+  surfelBox_ = {senders.box.origin, senders.surfelEnd, senders.box.step, discRadius(bake_.surfels.areaEach)};
   emits_ = senders.emits;
   skyOrder_ = std::move(senders.skyOrder);
   addBuffer(kSurfelWords, "surfels", GpuUse::constant, keep(std::move(senders.surfels)));

@@ -106,6 +106,7 @@ void FramePlan::addSurfels(const LightSetup& setup, bool bounces, bool waits) {
   parameters.relumeEmits = emits_ && (drives || setup.surfelEmission.empty()) ? 1 : 0;
   parameters.relumeBoxOrigin = surfelBox_.origin;
   parameters.relumeBoxStep = surfelBox_.step_;
+  parameters.relumeSurfelRadius = surfelBox_.radius;
   parameters.relumeFlatEnd = flatEnd_;
   const Lightmap& map = bake_.caches.lightmap;
   parameters.relumeMapSize = map.cache.empty() ? glm::uvec2(1u) : glm::uvec2(map.width, map.height);

@@ -16,6 +16,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <span>
 
 namespace relume {
@@ -26,6 +27,9 @@ struct SurfelBox {
 };
 
 using SurfelWords = std::array<std::uint32_t, 4>;
+
+// Of a disc of that area. [m]
+inline float discRadius(float area) { return std::sqrt(area / std::numbers::pi_v<float>); }
 
 inline SurfelBox boxOf(std::span<const glm::vec3> positions) {
   if (positions.empty()) return {};

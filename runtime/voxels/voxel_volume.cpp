@@ -134,7 +134,10 @@ class DirectLight {
           const glm::vec3 n = glm::normalize(glm::vec3(s.normal()));
           const glm::vec3 at =
               volume_.grid().toWorld(middle[i] + glm::vec3(s.place()) / float{kVoxelSteps} + kLift * n);
-          const glm::vec3 e = directIrradiance(lights_[k], at, n);
+          // Of a disc of its share of the voxel's face
+          const float area = 0.25f * static_cast<float>(s.count()),
+                      radius = volume_.grid().voxel * std::sqrt(area / std::numbers::pi_v<float>);
+          const glm::vec3 e = directIrradiance(lights_[k], at, n, radius);
           if (e == glm::vec3(0.0f)) continue;
           position[lit] = at;
           normal[lit] = n;

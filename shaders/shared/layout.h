@@ -15,9 +15,7 @@
 #define RELUME_SLOT_LIGHTS 2  // surfels: RelumeLight[]
 #define RELUME_SLOT_HOST 3    // surfels: what the host hands over a frame, four floats each
 #define RELUME_SLOT_NODES 4   // bounce (out), surfels (in, out), pull (in, out), caches (in): packed radiosity
-#define RELUME_SLOT_TEXELS \
-  5  // surfels, caches of the light map (out): packed irradiance of each texel's cache for its
-     // own normal
+#define RELUME_SLOT_TEXELS 5  // surfels, caches of the light map (out): packed, of each texel's cache along its normal
 #define RELUME_SLOT_EMISSION 6      // surfels: packed emission of each, if any emits
 #define RELUME_SLOT_EMITTERS 0      // emitters (out: RELUME_SLOT_EMISSION): RelumeEmitter[]
 #define RELUME_SLOT_SURFEL_LIGHT 7  // surfels: irradiance of each by the host's own shader
@@ -382,6 +380,7 @@ struct RelumeSurfels {
 // relumeHostOffset: first colour of the host's irradiance, emission and sky patches in its buffer; kRelumeNone = not
 // handed over. relumeSkyRadiance [W/m²/sr]. relumeBounceScale: 0 also in the first frame. relumeMapSize [texel].
 // relumeEmits: as baked or driven; then beside what the host hands over. relumeLitOnGpu: by the host's shader.
+// relumeSurfelRadius: [m] of a disc of a surfel's area.
 #define RELUME_SURFEL_PARAMETERS(P) \
   P(vec3, relumeBoxOrigin)          \
   P(uint, relumeFlatEnd)            \
@@ -395,7 +394,8 @@ struct RelumeSurfels {
   P(float, relumeBounceScale)       \
   P(uvec2, relumeMapSize)           \
   P(uint, relumeEmits)              \
-  P(uint, relumeLitOnGpu)
+  P(uint, relumeLitOnGpu)           \
+  P(float, relumeSurfelRadius)
 
 // relumeFirst: group; of the top, round.
 #define RELUME_PULL_PARAMETERS(P) P(uint, relumeFirst) P(uint, relumeEndRound)
@@ -478,7 +478,7 @@ struct RelumeFillParameters {
   RELUME_FILL_PARAMETERS(RELUME_DECLARE)
 };
 #undef RELUME_DECLARE
-static_assert(sizeof(RelumeDriveParameters) == 24 && sizeof(RelumeSurfelParameters) == 96 &&
+static_assert(sizeof(RelumeDriveParameters) == 24 && sizeof(RelumeSurfelParameters) == 100 &&
               sizeof(RelumeCacheParameters) == 36 && sizeof(RelumeFillParameters) == 20);
 static_assert(offsetof(RelumeSurfelParameters, relumeSkyRadiance) == 64 &&
               offsetof(RelumeSurfelParameters, relumeMapSize) == 80);

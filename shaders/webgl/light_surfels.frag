@@ -17,6 +17,7 @@ uniform sampler2D relumeHostEmission;  // [W/m²/sr] of each surfel, where relum
 uniform sampler2D relumeSkyPatches;    // [W/m²/sr] of each, in one row, where relumeHostSky
 uniform vec3 relumeBoxOrigin;       // [m] of positions
 uniform vec3 relumeBoxStep;
+uniform float relumeSurfelRadius;  // [m] of a disc of a surfel's area
 uniform uint relumeSurfelCount;
 uniform uint relumeSenderCount;
 uniform uint relumeLightCount;
@@ -42,7 +43,7 @@ vec3 relumeDirect(uint s, vec3 position, vec3 normal) {
     int at = 3 * int(i);
     RelumeLight light = RelumeLight(texelFetch(relumeLights, ivec2(at, 0), 0), texelFetch(relumeLights, ivec2(at + 1, 0), 0),
                                     texelFetch(relumeLights, ivec2(at + 2, 0), 0));
-    vec3 e = relumeDirectIrradiance(light, position, normal);
+    vec3 e = relumeDirectIrradiance(light, position, normal, relumeSurfelRadius);
     if (e != vec3(0.0)) sum += e * relumeClampedVisibility(relumeVisibility(i, position, normal));
   }
   return sum;

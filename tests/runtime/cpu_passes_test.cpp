@@ -382,6 +382,7 @@ TEST(LightSurfels, kernelsGiveTheIrradianceOfEveryLight) {
   const auto order = cpu::leafOrder(bake.hierarchy, bake.surfels.count(), std::pmr::new_delete_resource());
   const cpu::SurfelSet surfels(bake.surfels, bake.hierarchy, bake.emitters, order, true,
                                std::pmr::new_delete_resource());
+  const float radius = discRadius(bake.surfels.areaEach);
   for (const cpu::LightSurfelsKernel* kernel : surfelsKernels()) {
     std::vector<std::uint32_t> nodes(bake.hierarchy.nodeCount(), 0);
     std::pmr::vector<cpu::PreparedLight> prepared(std::pmr::new_delete_resource());
@@ -391,7 +392,7 @@ TEST(LightSurfels, kernelsGiveTheIrradianceOfEveryLight) {
     for (std::uint32_t s = 0; s < bake.surfels.count(); ++s) {
       glm::vec3 e(0.0f);
       for (const Light& light : lights)
-        e += directIrradiance(light, bake.surfels.positionWorld[s], bake.surfels.normal[s]);
+        e += directIrradiance(light, bake.surfels.positionWorld[s], bake.surfels.normal[s], radius);
       const glm::vec3 want = bake.surfels.albedo[s] * e + static_cast<float>(kPi) * bake.surfels.emission[s];
       const glm::vec3 found = unpackColor(nodes[bake.hierarchy.leafNode[s]]);
       lit += e != glm::vec3(0.0f) ? 1 : 0;
@@ -404,6 +405,41 @@ TEST(LightSurfels, kernelsGiveTheIrradianceOfEveryLight) {
     EXPECT_GT(lit, 1000u);
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(energy[k], wanted[k], 5e-4 * wanted[k]) << k;
   }
+}
+
+// A plane of surfels gets half of what a light before it sends, in the mean over where before them that is, however
+// near, and no surfel more than that.
+TEST(DirectLight, aPlaneOfDiscsGetsHalfOfALightsFluxHoweverNearThatIs) {
+  constexpr float kStep = 0.1f, kArea = kStep * kStep;
+  constexpr int kSide = 100, kOffsets = 8;
+  const float radius = discRadius(kArea), half = 2.0f * static_cast<float>(kPi);
+  for (const float height : {1e-5f, 0.003f, 0.02f, 0.05f, 0.1f, 0.3f}) {
+    double mean = 0.0;
+    for (int offset = 0; offset < kOffsets * kOffsets; ++offset) {
+      const auto across = [&](int i) { return kStep / 2 * (static_cast<float>(i) + 0.5f) / float{kOffsets}; };
+      Light light{.kind = LightKind::point, .intensity = glm::vec3(1.0f)};
+      light.positionWorld = {across(offset % kOffsets), height, across(offset / kOffsets)};
+      double flux = 0.0;
+      for (int i = -kSide; i <= kSide; ++i) {
+        for (int k = -kSide; k <= kSide; ++k) {
+          const glm::vec3 at(kStep * static_cast<float>(i), 0.0f, kStep * static_cast<float>(k));
+          const float e = directIrradiance(light, at, {0, 1, 0}, radius).x;
+          ASSERT_LE(e * kArea, 1.0001f * half) << height;
+          flux += static_cast<double>(e * kArea);
+        }
+      }
+      mean += flux / (kOffsets * kOffsets);
+      const double off = height >= 0.05f ? 0.1 : height >= 0.02f ? 0.35 : 1.0;
+      EXPECT_NEAR(flux, half, off * half) << height << ", " << offset;
+    }
+    EXPECT_NEAR(mean, half, 0.05 * half) << height;
+  }
+  // Far away a disc is its middle; below its plane nothing arrives.
+  const Light far{.kind = LightKind::point, .intensity = glm::vec3(1.0f), .positionWorld = {1.0f, 0.5f, 0.0f}};
+  const glm::vec3 up(0, 1, 0), origin(0.0f);
+  EXPECT_NEAR(directIrradiance(far, origin, up, 0.139f).x, directIrradiance(far, origin, up).x, 0.015f);
+  const Light below{.kind = LightKind::point, .intensity = glm::vec3(1.0f), .positionWorld = {0.0f, -1e-4f, 0.0f}};
+  EXPECT_EQ(directIrradiance(below, origin, up, 0.1f), glm::vec3(0.0f));
 }
 
 // However near a light is: hosts that bring their shadows get what the kernels give.

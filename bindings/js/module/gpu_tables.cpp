@@ -118,6 +118,7 @@ Tables* relume_web_make_tables(const relume_bake* handle) try {
   for (const glm::vec3& v : {box.origin, box.step}) {
     for (int k = 0; k < 3; ++k) w.push_back(std::bit_cast<std::uint32_t>(v[k]));
   }
+  w.push_back(std::bit_cast<std::uint32_t>(relume::discRadius(surfels.areaEach)));
   return tables.release();
 } catch (const std::bad_alloc&) {
   return nullptr;
@@ -126,7 +127,7 @@ Tables* relume_web_make_tables(const relume_bake* handle) try {
 // Address and count of: surfels (16 bytes each), emission (16, floats; 0 without), tree (16), first node of each level
 // (4), first link of each cache (4), heads (4), shapes (4), cones (16), nodes of SH links (4), their coefficients (2),
 // caches of the light map's texels (4), node of each sender (4); then link kind, bands of SH links, links of the grid,
-// first cache of the light map, senders; then the surfels' box as floats: origin, step.
+// first cache of the light map, senders; then the surfels' box as floats: origin, step; and their radius.
 const std::uint32_t* relume_web_tables(const Tables* tables) { return tables->words.data(); }
 
 // Bands of luma and of chroma that the light map's caches have, of a relighter with these.

@@ -80,6 +80,7 @@ function setConstants(gl, {surfels, caches, grid}, {info}, tables, resolveGrid) 
   gl.useProgram(surfels.program);
   gl.uniform3fv(at(surfels, 'relumeBoxOrigin'), tables.box.subarray(0, 3));
   gl.uniform3fv(at(surfels, 'relumeBoxStep'), tables.box.subarray(3, 6));
+  gl.uniform1f(at(surfels, 'relumeSurfelRadius'), tables.box[6]);
   gl.uniform1ui(at(surfels, 'relumeSurfelCount'), info.surfels);
   gl.uniform1ui(at(surfels, 'relumeSenderCount'), tables.senders);
   gl.uniform4fv(at(surfels, 'relumeGrid'), resolveGrid);

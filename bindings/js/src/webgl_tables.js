@@ -11,9 +11,9 @@ const kMemory = 6;
 // In the order of relume_web_tables().
 const kLists = ['surfels', 'emission', 'tree', 'levelBegin', 'rows', 'heads', 'shapes', 'cones', 'shNodes', 'shCoefficients', 'mapCaches', 'leafNodes'];
 const kNumbers = ['kind', 'shBands', 'gridLinks', 'firstMapCache', 'senders'];
-const kBoxFloats = 6;
+const kBoxFloats = 7;
 
-// use(tables): {address, count} of each list, the numbers, and `box`, floats of the surfels' box. Addresses hold meanwhile.
+// use(tables): {address, count} of each list, the numbers, and `box`, floats of the surfels' box and radius. Addresses hold meanwhile.
 export function withTables(bake, use) {
   const {module} = bake, {wasm} = module, tables = wasm._relume_web_make_tables(bake.alive);
   if (tables === 0) throw new RelumeError('out of memory for the lists of WebGL', kMemory);

@@ -153,6 +153,18 @@ bool isCalled(const Item& item, std::string_view name) {
   return !name.empty() && (item.name == name || item.node == name);
 }
 
+// Those of cameras or lights that a name means: on nodes of that name, which editors show, or else of that name of
+// their own.
+template <class Item>
+std::vector<const Item*> allCalled(const std::vector<Item>& items, std::string_view name) {
+  std::vector<const Item*> byNode, byName;
+  for (const Item& item : items) {
+    if (!isCalled(item, name)) continue;
+    (item.node == name ? byNode : byName).push_back(&item);
+  }
+  return byNode.empty() ? byName : byNode;
+}
+
 // A box in which receivers can be: extras.relume {"volume": [x, y, z]} on a node gives its size in the node's axes.
 struct PlayVolume {
   std::string name;
