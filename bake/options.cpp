@@ -12,6 +12,7 @@
 #include <cmath>
 #include <limits>
 #include <new>
+#include <optional>
 #include <string_view>
 #include <type_traits>
 #include <variant>
@@ -238,12 +239,23 @@ Status checkTogether(const BakeOptions& o) {
   return done();
 }
 
+// What other flags take as a number and JSON does not: ".5", "1.", "+0.5".
+std::optional<double> plainNumber(std::string_view text) {
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
 // Command-line text as the JSON that the field expects.
 Json parseText(const Field& field, const std::string& text) {
   if (std::holds_alternative<Choice>(field.target) || std::holds_alternative<std::string*>(field.target)) return text;
   const bool list = std::holds_alternative<glm::uvec3*>(field.target);
-  Result<Json> json = readJson(list ? "[" + text + "]" : text);
-  return json ? std::move(*json) : Json(text);
+  if (Result<Json> json = readJson(list ? "[" + text + "]" : text)) return std::move(*json);
+  if (const std::optional<double> value = plainNumber(text); value && std::holds_alternative<float*>(field.target))
+    return *value;
+  return text;
 }
 
 }  // namespace

@@ -6,13 +6,14 @@
 #
 #   LEVELS    folder with *.glb and *.gltf; none is no error. Options of a level are in <level>.options.json beside it,
 #             over the preset
-#   ACCEPTED  folder with the bakes of the last release, <level>.relume; a level without one is only baked and validated
+#   ACCEPTED  folder with the bakes of the last release, <level>.relume; a level without one is only baked and validated,
+#             a bake without a level is named. Empty before the first run
 #   OUT       folder for new bakes, reports and pages; another one than ACCEPTED
 #
 # Environment: RELUME (the program), PRESET, MAX_RMSE, MAX_CACHE_CHANGE and MAX_RECEIVER_CHANGE (bounds of `relume
 # compare`), IGNORE.
-# Exit status: 0 all well; 1 wrong call, two levels of one name; 7 light of some level changed beyond the bounds; else
-# that of the command that failed.
+# Exit status: 0 all well; 1 wrong call, ACCEPTED is missing, two levels of one name; 7 light of some level changed beyond
+# the bounds; else that of the command that failed.
 set -euo pipefail
 
 levels="${1:?usage: check_bakes.sh LEVELS ACCEPTED OUT}"
@@ -28,11 +29,14 @@ if [ ! -d "$levels" ]; then
   echo "check_bakes.sh: LEVELS: a folder expected, \"$levels\" is none" >&2
   exit 1
 fi
+if [ ! -d "$accepted" ]; then
+  echo "check_bakes.sh: ACCEPTED: a folder expected, \"$accepted\" is none: an empty one is the first run (mkdir)" >&2
+  exit 1
+fi
 shopt -s nullglob
 found=("$levels"/*.glb "$levels"/*.gltf)
 if [ ${#found[@]} -eq 0 ]; then
   echo "no levels (*.glb, *.gltf) in $levels"
-  exit 0
 fi
 
 mkdir -p "$out"
@@ -86,5 +90,11 @@ for level in "${found[@]}"; do
     7) echo "$name: light changed beyond the bounds, see $out/$name.html"; result=7 ;;
     *) exit "$status" ;;
   esac
+done
+for old in "$accepted"/*.relume; do
+  name="$(basename "$old" .relume)"
+  if [ -z "${seen[$name]:-}" ]; then
+    echo "no level for the accepted bake $old: not compared; where its level is gone for good, remove it"
+  fi
 done
 exit "$result"

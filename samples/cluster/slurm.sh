@@ -14,6 +14,10 @@ if [ $# -lt 3 ]; then
   sed -n '3,12s/^# \{0,1\}//p' "$0" >&2
   exit 1
 fi
+if [[ ! $3 =~ ^[1-9][0-9]{0,6}$ ]]; then
+  echo "slurm.sh: SHARDS: a whole number of 1..1000000 expected, \"$3\" found" >&2
+  exit 1
+fi
 level=$(realpath "$1")
 bake=$(realpath --canonicalize-missing "$2")
 shards=$3

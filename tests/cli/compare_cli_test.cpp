@@ -20,6 +20,25 @@ class CompareCli : public CliFixture {
     bake(room_, at("a.relume"), {"--report", at("a.json")});
     bake(put("painted.gltf", makeGltf(painted)), at("b.relume"));
   }
+
+  // The room with walls that shine, its node under that name.
+  void bakeShining(const std::string& node, const std::string& name) {
+    GltfParts lit;
+    lit.material = "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[0.3,0.6,0.5,1]},\"emissiveFactor\":[1,1,1]}";
+    std::string level = makeGltf(lit);
+    level.replace(level.find("\"Room\""), 6, "\"" + node + "\"");
+    bake(put("shining.gltf", level), at(name));
+  }
+
+  // samples/ci/check_bakes.sh with the folders "levels" and "accepted"; what it says is in ci.txt.
+  int checkBakes(const std::string& out, const std::string& environment = "",
+                 const std::string& accepted = "accepted") {
+    const std::string command = "RELUME='" RELUME_BINARY "' PRESET=draft " + environment +
+                                " '" RELUME_SOURCE_DIR "/samples/ci/check_bakes.sh' '" + at("levels") + "' '" +
+                                at(accepted) + "' '" + at(out) + "' >'" + at("ci.txt") + "' 2>&1";
+    const int status = std::system(command.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
 };
 
 TEST_F(CompareCli, sameBytesSaySoAndExitWith0) {
@@ -70,7 +89,8 @@ TEST_F(CompareCli, numbersOutOfRangeAreTold) {
     EXPECT_EQ(refusal({"compare", a, a, "--max-rmse", value}).find("out of range"), std::string::npos) << value;
 }
 
-TEST_F(CompareCli, ignoredNodesThatNoBakeHasAreTold) {
+// A list of names may be of many levels.
+TEST_F(CompareCli, ignoredNodesAndEmittersThatNoBakeHasAreTold) {
   const std::string node = readBake(at("a.relume"))->instances.front().node;
   for (const char* other : {"a.relume", "b.relume"}) {
     const ProgramResult known = run({"compare", at("a.relume"), at(other), "--ignore", "node:" + node});
@@ -78,15 +98,41 @@ TEST_F(CompareCli, ignoredNodesThatNoBakeHasAreTold) {
     const ProgramResult unknown = run({"compare", at("a.relume"), at(other), "--ignore", "node:none"});
     EXPECT_EQ(unknown.status, 0) << unknown.err;
     EXPECT_NE(unknown.err.find("--ignore: neither bake has a node \"none\""), std::string::npos) << unknown.err;
+    const ProgramResult emitter = run({"compare", at("a.relume"), at(other), "--ignore", "emitter lamp,emitter 2"});
+    EXPECT_EQ(emitter.status, 0) << emitter.err;
+    for (const char* name : {"lamp", "2"})
+      EXPECT_NE(emitter.err.find("--ignore: neither bake has a lighting \"emitter " + std::string(name) + "\""),
+                std::string::npos)
+          << emitter.err;
+    EXPECT_EQ(run({"compare", at("a.relume"), at(other), "--ignore", "emitter "}).status, 1) << "without a name";
   }
 }
 
+// Light that A lacks is no finite share of what A has.
+TEST_F(CompareCli, lightInTheDarkExceedsAnyBound) {
+  bakeShining("Lamp", "lit.relume");
+  const auto compare = [&](const std::string& from, const std::string& to, std::vector<std::string> more) {
+    more.insert(more.begin(), {"compare", at(from), at(to), "--progress", "none"});
+    return run(more);
+  };
+  const ProgramResult text = compare("a.relume", "lit.relume",
+                                     {"--max-rmse", "1e308", "--html", at("lit.html"), "--ignore", "sky,suns,points"});
+  EXPECT_EQ(text.status, 7) << text.out;
+  EXPECT_NE(text.out.find(" infinite, bound 1e+308: EXCEEDED"), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find(" (dark in A)"), std::string::npos) << text.out;
+  EXPECT_NE(readAll(at("lit.html")).find("emitter Lamp (dark in A)</td><td>infinite</td>"), std::string::npos);
+  const ProgramResult json = compare("a.relume", "lit.relume", {"--json"});
+  EXPECT_EQ(json.status, 0) << "without a bound nothing can be passed";
+  const Json report = Json::parse(json.out);
+  std::ifstream file(RELUME_SOURCE_DIR "/docs/compare.schema.json");
+  EXPECT_EQ(SchemaCheck(Json::parse(file)).check(report), std::vector<std::string>{});
+  EXPECT_EQ(report["light"]["maxRmse"], 1e9);
+  EXPECT_EQ(compare("a.relume", "lit.relume", {"--max-rmse", "1.5", "--ignore", "emitters"}).status, 0);
+  EXPECT_EQ(compare("lit.relume", "a.relume", {"--max-rmse", "1.5"}).status, 0) << "all that A has is gone: 1";
+}
+
 TEST_F(CompareCli, namesWithCommasAreIgnoredByArgumentsOfTheirOwn) {
-  GltfParts lit;
-  lit.material = "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[0.3,0.6,0.5,1]},\"emissiveFactor\":[1,1,1]}";
-  std::string level = makeGltf(lit);
-  level.replace(level.find("\"Room\""), 6, "\"Room,sky\"");
-  bake(put("comma.gltf", level), at("comma.relume"));
+  bakeShining("Room,sky", "comma.relume");
   const auto ignored = [&](std::vector<std::string> more) {
     more.insert(more.begin(), {"compare", at("a.relume"), at("comma.relume"), "--json", "--progress", "none"});
     const ProgramResult result = run(more);
@@ -167,13 +213,7 @@ TEST_F(CompareCli, theSampleScriptOfACiBakesValidatesAndCompares) {
   namespace fs = std::filesystem;
   for (const char* folder : {"levels", "accepted"}) fs::create_directories(at(folder));
   fs::copy_file(RELUME_SOURCE_DIR "/samples/level/two_rooms.glb", at("levels/two_rooms.glb"));
-  const auto check = [&](const std::string& out) {
-    const std::string command =
-        "RELUME='" RELUME_BINARY "' PRESET=draft MAX_RMSE=0.0001 '" RELUME_SOURCE_DIR "/samples/ci/check_bakes.sh' '" +
-        at("levels") + "' '" + at("accepted") + "' '" + at(out) + "' >'" + at("ci.txt") + "' 2>&1";
-    const int status = std::system(command.c_str());
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  };
+  const auto check = [&](const std::string& out) { return checkBakes(out, "MAX_RMSE=0.0001"); };
   fs::rename(at("levels/two_rooms.glb"), at("two_rooms.glb"));
   EXPECT_EQ(check("empty"), 0) << readAll(at("ci.txt"));
   EXPECT_NE(readAll(at("ci.txt")).find("no levels"), std::string::npos);
@@ -220,12 +260,34 @@ TEST_F(CompareCli, theSampleScriptTakesALevelsOptions) {
                  options, "--progress", "none"})
                 .status,
             0);
-  const std::string command =
-      "RELUME='" RELUME_BINARY "' PRESET=draft '" RELUME_SOURCE_DIR "/samples/ci/check_bakes.sh' '" + at("levels") +
-      "' '" + at("accepted") + "' '" + at("new") + "' >'" + at("ci.txt") + "' 2>&1";
-  EXPECT_EQ(std::system(command.c_str()), 0) << readAll(at("ci.txt"));
+  EXPECT_EQ(checkBakes("new"), 0) << readAll(at("ci.txt"));
   EXPECT_NE(readAll(at("ci.txt")).find("up to date"), std::string::npos) << readAll(at("ci.txt"));
   EXPECT_NE(readAll(at("ci.txt")).find("same bytes"), std::string::npos) << readAll(at("ci.txt"));
+}
+
+// samples/ci/check_bakes.sh: what would switch the gate off, or for a level without a lamp of the list abort it.
+TEST_F(CompareCli, theSampleScriptSaysWhatItHasNotCompared) {
+  namespace fs = std::filesystem;
+  for (const char* folder : {"levels", "accepted"}) fs::create_directories(at(folder));
+  const auto said = [&](const std::string& words) { return readAll(at("ci.txt")).find(words) != std::string::npos; };
+  for (const char* accepted : {"acepted", "a.relume"}) {
+    EXPECT_EQ(checkBakes("new", "", accepted), 1) << accepted;
+    EXPECT_TRUE(said("ACCEPTED: a folder expected, \"" + at(accepted) + "\" is none: an empty one is the first run"))
+        << readAll(at("ci.txt"));
+    EXPECT_FALSE(fs::exists(at("new")));
+  }
+  fs::copy_file(at("a.relume"), at("accepted/gone room.relume"));
+  const std::string gone = "no level for the accepted bake " + at("accepted/gone room.relume");
+  EXPECT_EQ(checkBakes("new"), 0);
+  EXPECT_TRUE(said("no levels") && said(gone)) << readAll(at("ci.txt"));
+  fs::copy_file(room_, at("levels/room.gltf"));
+  ASSERT_EQ(
+      run({"bake", at("levels/room.gltf"), "-o", at("accepted/room.relume"), "--preset", "draft", "--progress", "none"})
+          .status,
+      0);
+  EXPECT_EQ(checkBakes("new", "IGNORE='emitter lamp,node:banner'"), 0) << readAll(at("ci.txt"));
+  EXPECT_TRUE(said(gone) && said("neither bake has a lighting \"emitter lamp\"")) << readAll(at("ci.txt"));
+  EXPECT_FALSE(said("no level for the accepted bake " + at("accepted/room.relume"))) << readAll(at("ci.txt"));
 }
 
 // What no receiver can be placed on is not judged by a bound, and reports without one say so.

@@ -191,6 +191,7 @@ TEST(CompareLight, anEmitterElsewhereOrOfOtherPowerIsAnother) {
     const LightDifference light = difference(makeSmallBake(), b);
     EXPECT_EQ(lighting(light, "emitter lamp").rmse, 1.0) << "only A has it";
     EXPECT_EQ(lighting(light, "emitter other").meanA, 0.0) << "only B has it";
+    EXPECT_EQ(lighting(light, "emitter other").rmse, kBeyondBounds);
     EXPECT_EQ(lighting(light, "emitter other").was, "");
   }
 }
@@ -352,6 +353,7 @@ TEST(CompareReport, followsThePublishedSchemaAndTheSchemaBites) {
   Bake other = makeSmallBake(LinkKind::sh);
   editInstance(other, 0, [](BakedInstance& i) { i.transformHash = i.contentHash = 5; });
   other.provenance.optionsJson = "{\"links\":{\"pull\":\"area\"},\"seed\":8}";
+  other.provenance.cameraHash ^= 1;  // of cameras that only look
   const BakeFile a = fileOf(makeSmallBake(), "a"), b = fileOf(other, "b");
   CompareBounds bounds;
   bounds.maxRmse = 1e-6;
@@ -359,6 +361,7 @@ TEST(CompareReport, followsThePublishedSchemaAndTheSchemaBites) {
   EXPECT_EQ(schema.check(report), std::vector<std::string>{});
   EXPECT_EQ(schema.check(reportSame("a", "b", 7, {}, {})), std::vector<std::string>{});
   EXPECT_EQ(report["baked"]["options"][0]["name"], "seed");
+  EXPECT_EQ(report["baked"]["viewsChanged"], true);
   EXPECT_EQ(report["baked"]["sceneParts"][0]["text"], "node \"floor\" moved");
   EXPECT_TRUE(boundExceeded(report));
 

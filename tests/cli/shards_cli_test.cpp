@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 
 namespace relume {
@@ -236,6 +237,39 @@ TEST_F(ShardsCli, aShardThatIsEndedMidwayIsNotThere) {
     }
     EXPECT_EQ(status, signal == SIGTERM ? 130 : 128 + SIGKILL);
     EXPECT_EQ(filesIn(folder_ / "shards"), 0u);
+  }
+}
+
+// samples/cluster: names of files are what they are, whatever GNU parallel or a shell would make of them.
+TEST_F(ShardsCli, theSampleScriptTakesAnyName) {
+  if (std::system("command -v parallel >/dev/null 2>&1") != 0) GTEST_SKIP() << "GNU parallel is not installed";
+  const std::string folder = at("a{}b{.}{#}{1} $x\"q\\ %d;&");
+  std::filesystem::create_directories(folder);
+  std::filesystem::copy_file(room_, folder + "/room.gltf");
+  std::string options;
+  const std::vector<std::string> list = bakeArguments(room_, "");
+  for (std::size_t i = 4; i < list.size(); ++i) options += " " + list[i];
+  const std::string command = "cd '" + folder +
+                              "' && RELUME='" RELUME_BINARY "' '" RELUME_SOURCE_DIR
+                              "/samples/cluster/parallel.sh' room.gltf room.relume 2" +
+                              options + " >'" + at("log.txt") + "' 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0) << readAll(at("log.txt"));
+  bake(room_, at("plain.relume"));
+  EXPECT_EQ(readAll(folder + "/room.relume"), readAll(at("plain.relume")));
+}
+
+TEST_F(ShardsCli, theSampleScriptsNameACountThatIsNone) {
+  for (const std::string script : {"parallel.sh", "slurm.sh"}) {
+    for (const char* count : {"0", "-1", "x", "", "1.5", "08", "99999999999999999999"}) {
+      const std::string command = "RELUME='" RELUME_BINARY "' '" RELUME_SOURCE_DIR "/samples/cluster/" + script +
+                                  "' '" + room_ + "' '" + at("room.relume") + "' '" + count + "' >'" + at("log.txt") +
+                                  "' 2>&1";
+      const int status = std::system(command.c_str());
+      EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 1) << command;
+      EXPECT_EQ(readAll(at("log.txt")),
+                script + ": SHARDS: a whole number of 1..1000000 expected, \"" + count + "\" found\n");
+      EXPECT_FALSE(std::filesystem::exists(at("room.relume.shards"))) << "nothing is planned";
+    }
   }
 }
 

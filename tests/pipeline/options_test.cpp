@@ -181,6 +181,25 @@ TEST(Options, numbersThatAreNotFiniteAreRefused) {
   }
 }
 
+// A flag's text is read as compare reads its bounds; JSON stays JSON.
+TEST(Options, textIsANumberWithoutAllOfItsDigits) {
+  const auto read = [](const char* text) {
+    BakeOptions options;
+    const Status status = setOption(options, "links.maxError", text);
+    return status ? optionsToJson(options) : status.error().message;
+  };
+  for (const char* half : {".5", "+0.5", "+.5", "00.5", "5.e-1", "0.5"}) EXPECT_EQ(read(half), read("0.50")) << half;
+  EXPECT_EQ(read("1."), read("1"));
+  for (const char* none : {"", ".", "+", "+-0.5", "++1", ".5x", "0,5", "nan", "inf", "1e999", "0x1"}) {
+    EXPECT_NE(read(none).find("(--link-error): expected a number, 0..1, found \"" + std::string(none) + "\""),
+              std::string::npos)
+        << read(none);
+  }
+  BakeOptions options;
+  EXPECT_FALSE(setOption(options, "surfels.count", "+300"));
+  EXPECT_FALSE(optionsFromJson("{\"links\":{\"maxError\":.5}}", options));
+}
+
 TEST(Options, namesAndFlagsAreUnique) {
   std::set<std::string> names, flags;
   for (const OptionInfo& info : listOptions(BakeOptions{})) {

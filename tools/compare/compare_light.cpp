@@ -19,6 +19,7 @@
 #include <numeric>
 #include <optional>
 #include <sstream>
+#include <string_view>
 #include <utility>
 
 namespace relume {
@@ -109,9 +110,6 @@ glm::dvec3 labOf(const glm::vec3& rgb, double white) {
   return {116.0 * f(xyz.y) - 16.0, 500.0 * (f(xyz.x) - f(xyz.y)), 200.0 * (f(xyz.y) - f(xyz.z))};
 }
 
-// A light that overflows counts as a change beyond all bounds, and still sorts.
-float bounded(double value) { return std::isfinite(value) ? static_cast<float>(std::min(value, 1e9)) : 1e9f; }
-
 // The value below which `share` of them lie. Takes a copy. [0..1]
 double percentile(std::vector<float> values, double share) {
   if (values.empty()) return 0.0;
@@ -180,7 +178,7 @@ LightingDifference compareLighting(const Lighting& lighting, const Bake& bakeA, 
   const double count = static_cast<double>(std::max<std::size_t>(counted, 1));
   d.meanA /= count;
   d.meanB /= count;
-  d.rmse = squaresA > 0.0 ? std::sqrt(squares / squaresA) : (squares > 0.0 ? 1.0 : 0.0);
+  d.rmse = squares == 0.0 ? 0.0 : bounded(std::sqrt(squares / squaresA));
   d.floor = 0.05 * sumA / count;
   if (!(d.floor > 0.0)) d.floor = std::max(0.05 * d.meanB, 1e-12);
   d.white = percentile(brightness, 0.95);
@@ -189,9 +187,10 @@ LightingDifference compareLighting(const Lighting& lighting, const Bake& bakeA, 
   // Each pair by itself.
   std::vector<float> changes, deltas;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    d.change.push_back(bounded(norms[i].difference / (norms[i].a + d.floor)));
-    d.deltaE.push_back(
-        bounded(glm::distance(labOf(d.irradianceA[pairs[i].a], d.white), labOf(d.irradianceB[pairs[i].b], d.white))));
+    d.change.push_back(static_cast<float>(bounded(norms[i].difference / (norms[i].a + d.floor))));
+    const double deltaE =
+        glm::distance(labOf(d.irradianceA[pairs[i].a], d.white), labOf(d.irradianceB[pairs[i].b], d.white));
+    d.deltaE.push_back(static_cast<float>(bounded(deltaE)));
     if (ignored[i]) continue;
     changes.push_back(d.change.back());
     deltas.push_back(d.deltaE.back());
@@ -228,7 +227,8 @@ void addNode(const std::string& node, const Bake& a, const Bake& b, std::vector<
   }
 }
 
-// Split --ignore into lightings, of which every name must mean something, and nodes, which other levels may have.
+// Split --ignore into lightings and nodes. Emitters and nodes may be of other levels; any other name must mean
+// something.
 Status applyIgnore(const LightIgnore& ignore, const Bake& a, const Bake& b, const std::vector<Lighting>& lightings,
                    std::vector<bool>& lightingOff, std::vector<std::string>& nodes, Context& context) {
   lightingOff.assign(lightings.size(), false);
@@ -249,6 +249,12 @@ Status applyIgnore(const LightIgnore& ignore, const Bake& a, const Bake& b, cons
       found = true;
     }
     if (found) continue;
+    constexpr std::string_view kEmitter = "emitter ";
+    if (name.starts_with(kEmitter) && name.size() > kEmitter.size()) {
+      context.message(Severity::warning, "--ignore: neither bake has a lighting \"" + name +
+                                             "\"; the strongest emitting nodes have one each");
+      continue;
+    }
     std::string known = "sky, suns, points, emitters, node:NAME";
     for (const Lighting& lighting : lightings) known += ", " + lighting.name;
     return Error{ErrorCode::usage, "--ignore: expected one of " + known + "; found \"" + name + "\""};

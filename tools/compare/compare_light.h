@@ -34,7 +34,7 @@ struct LightingDifference {
   std::string group;                // "sky", "suns", "points", "emitters"
   bool counted = true;              // not left out by --ignore
   bool converged = true;            // both bakes, within kMaxCompareFrames
-  double rmse = 0.0;                // sqrt(sum |E_B - E_A|² / sum |E_A|²)
+  double rmse = 0.0;                // sqrt(sum |E_B - E_A|² / sum |E_A|²); where A alone is dark kBeyondBounds
   double meanA = 0.0, meanB = 0.0;  // [W/m²] mean luminance of E
   double meanChange = 0.0, p95Change = 0.0, maxChange = 0.0;  // of |E_B - E_A| / (|E_A| + floor)
   double meanDeltaE = 0.0, p95DeltaE = 0.0, maxDeltaE = 0.0;  // CIE 1976 on white, the lighting's 95th percentile of A
@@ -89,8 +89,8 @@ struct LightIgnore {
 // Of arguments that are such a name, which may have commas, or several, separated by them.
 LightIgnore splitIgnore(const std::vector<std::string>& arguments, const Bake& a, const Bake& b);
 
-// usage: an ignored lighting that there is not, or a node without a name. Of a node that neither bake has a warning is
-// all, for a CI's list may be of many levels.
+// usage: an ignored lighting that there is not, or a node without a name. Of a node or an emitter that neither bake has
+// a warning is all, for a CI's list may be of many levels.
 Status checkIgnore(const LightIgnore& ignore, const Bake& a, const Bake& b, Context& context);
 
 // Relight both. `scene` may be null (compare_receivers.h). Errors of Relighter::create(); those of

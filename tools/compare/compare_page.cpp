@@ -86,7 +86,10 @@ std::string listText(const Json& names) {
 
 std::string fixed(double value, int digits) { return printed("%.*f", digits, value); }
 
-std::string percent(const Json& value) { return fixed(100.0 * reportNumber(value), 2) + "&nbsp;%"; }
+std::string percent(const Json& value) {
+  const double share = reportNumber(value);
+  return isBeyondBounds(share) ? "infinite" : fixed(100.0 * share, 2) + "&nbsp;%";
+}
 
 std::string certifiedText(const Json& error) { return error.is_null() ? "none" : percent(error); }
 
@@ -209,7 +212,9 @@ std::string arraysPanel(const Json& arrays) {
 
 std::string lightPanel(const Json& light) {
   double max = 1e-9;
-  for (const Json& l : light["lightings"]) max = std::max(max, reportNumber(l["rmse"]));
+  for (const Json& l : light["lightings"]) {
+    if (const double rmse = reportNumber(l["rmse"]); !isBeyondBounds(rmse)) max = std::max(max, rmse);
+  }
   std::string rows =
       row({"lighting", "RMSE", "", "mean", "95&nbsp;%", "worst", "&Delta;E mean", "&Delta;E worst"}, "th");
   for (const Json& l : light["lightings"])

@@ -24,11 +24,9 @@ struct Sums {
     squares += glm::dot(b - a, b - a);
     ++count;
   }
-  // A light that overflows counts as a change beyond all bounds, and still sorts.
   double change(double floor) const {
     if (count == 0 || squares == 0.0) return 0.0;
-    const double value = std::sqrt(squares / count) / (std::sqrt(squaresA / count) + floor);
-    return std::isfinite(value) ? std::min(value, 1e9) : 1e9;
+    return bounded(std::sqrt(squares / count) / (std::sqrt(squaresA / count) + floor));
   }
 };
 

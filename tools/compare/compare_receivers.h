@@ -22,6 +22,11 @@
 
 namespace relume {
 
+// A change beyond all bounds, which still sorts: of light that A lacks, or that overflows.
+inline constexpr double kBeyondBounds = 1e9;
+inline double bounded(double change) { return change < kBeyondBounds ? change : kBeyondBounds; }  // NaN is beyond, too
+inline bool isBeyondBounds(double change) { return change >= kBeyondBounds; }
+
 // The directions that points in the air are read in.
 inline constexpr std::array<glm::vec3, 6> kAirDirections = {
     {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};

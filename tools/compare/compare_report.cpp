@@ -72,7 +72,7 @@ Json whatWasBaked(const Bake& a, const Bake& b) {
           {"seed", pairOf(pa.seed, pb.seed)},
           {"options", compareOptions(pa.optionsJson, pb.optionsJson)},
           {"sceneParts", parts},
-          {"viewsChanged", pa.viewHash != pb.viewHash}};
+          {"viewsChanged", pa.viewHash != pb.viewHash || pa.cameraHash != pb.cameraHash}};
 }
 
 Json compareSizes(const BakeFile& a, const BakeFile& b) {
@@ -296,10 +296,13 @@ Json describeLight(const LightDifference& d) {
 Json judge(const LightDifference& light, const LightIgnore& ignore, const CompareBounds& bounds) {
   // A zero without the sign that the command line may have given it.
   const auto bound = [](double value) { return std::isfinite(value) ? Json(value == 0.0 ? 0.0 : value) : Json(); };
+  const auto exceeds = [](double found, double given) {
+    return found > given || (std::isfinite(given) && isBeyondBounds(found));
+  };
   Json exceeded = Json::array();
-  if (light.maxRmse > bounds.maxRmse) exceeded.push_back("rmse");
-  if (light.maxChange > bounds.maxCacheChange) exceeded.push_back("cacheChange");
-  if (light.maxReceiverChange > bounds.maxReceiverChange) exceeded.push_back("receiverChange");
+  if (exceeds(light.maxRmse, bounds.maxRmse)) exceeded.push_back("rmse");
+  if (exceeds(light.maxChange, bounds.maxCacheChange)) exceeded.push_back("cacheChange");
+  if (exceeds(light.maxReceiverChange, bounds.maxReceiverChange)) exceeded.push_back("receiverChange");
   const bool caches = std::isfinite(bounds.maxRmse) || std::isfinite(bounds.maxCacheChange);
   const bool receivers = std::isfinite(bounds.maxReceiverChange);
   if (caches && light.unmatched) exceeded.push_back("unmatchedCaches");

@@ -44,7 +44,8 @@ std::string reportAsText(const nlohmann::json& report);
 // Values of a report as the text and the page say them: what is not a string as JSON, what is not a number as 0.
 std::string reportText(const nlohmann::json& value);
 std::string lightingText(const nlohmann::json& lighting);  // its name, and what a renamed emitter was called
-std::string lightingNote(const nlohmann::json& lighting);  // " (ignored)", " (not converged)", both, or nothing
+std::string lightingNote(const nlohmann::json& lighting);  // " (dark in A)", " (ignored)", " (not converged)", or none
 double reportNumber(const nlohmann::json& value);
+std::string reportPercent(const nlohmann::json& value);  // "4.20%"; "infinite" of a change beyond all bounds
 
 }  // namespace relume

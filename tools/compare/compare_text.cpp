@@ -85,9 +85,9 @@ void printLight(std::string& text, const Json& light) {
   line(text, "  %-28s %9s %9s %9s %9s %9s %9s", "lighting", "rmse", "mean", "95 %", "worst", "dE mean", "dE worst");
   for (const Json& l : light["lightings"]) {
     const Json &c = l["change"], &e = l["deltaE"];
-    line(text, "  %-28s %8.2f%% %8.2f%% %8.2f%% %8.2f%% %9.2f %9.2f%s", lightingText(l).c_str(),
-         100 * reportNumber(l["rmse"]), 100 * reportNumber(c["mean"]), 100 * reportNumber(c["p95"]),
-         100 * reportNumber(c["max"]), reportNumber(e["mean"]), reportNumber(e["max"]), lightingNote(l).c_str());
+    line(text, "  %-28s %9s %9s %9s %9s %9.2f %9.2f%s", lightingText(l).c_str(), reportPercent(l["rmse"]).c_str(),
+         reportPercent(c["mean"]).c_str(), reportPercent(c["p95"]).c_str(), reportPercent(c["max"]).c_str(),
+         reportNumber(e["mean"]), reportNumber(e["max"]), lightingNote(l).c_str());
   }
   if (!light["worst"].empty()) line(text, "Worst places:");
   for (const Json& w : light["worst"]) {
@@ -112,8 +112,8 @@ void printReceivers(std::string& text, const Json& light) {
          "compare one packed with --keep-coordinates");
   line(text, "  %-28s %9s %9s", "lighting", "surfaces", "air");
   for (const Json& l : light["lightings"])
-    line(text, "  %-28s %8.2f%% %8.2f%%%s", lightingText(l).c_str(), 100 * reportNumber(l["receivers"]["surfaces"]),
-         100 * reportNumber(l["receivers"]["air"]), lightingNote(l).c_str());
+    line(text, "  %-28s %9s %9s%s", lightingText(l).c_str(), reportPercent(l["receivers"]["surfaces"]).c_str(),
+         reportPercent(l["receivers"]["air"]).c_str(), lightingNote(l).c_str());
   constexpr std::size_t kShown = 10;
   for (std::size_t i = 0; i < std::min(kShown, r["groups"].size()); ++i) {
     const Json& g = r["groups"][i];
@@ -134,7 +134,9 @@ void printVerdict(std::string& text, const Json& light, const Json& verdict) {
     const Json& limit = verdict[bound];
     const std::string limitText = limit.is_number() ? printed("%g", reportNumber(limit)) : "none";
     const auto& list = verdict["exceeded"];
-    line(text, "  %-28s %.5f, bound %s%s", name, reportNumber(light[found]), limitText.c_str(),
+    const double value = reportNumber(light[found]);
+    const std::string valueText = isBeyondBounds(value) ? "infinite" : printed("%.5f", value);
+    line(text, "  %-28s %s, bound %s%s", name, valueText.c_str(), limitText.c_str(),
          std::find(list.begin(), list.end(), key) != list.end() ? ": EXCEEDED" : "");
   };
   measure("rmse over the caches", "maxRmse", "maxRmse", "rmse");
@@ -158,11 +160,17 @@ std::string lightingText(const Json& lighting) {
 }
 
 std::string lightingNote(const Json& lighting) {
-  return std::string(lighting["counted"].get<bool>() ? "" : " (ignored)") +
+  const bool dark = isBeyondBounds(reportNumber(lighting["rmse"])) && reportNumber(lighting["meanA"]) == 0.0;
+  return std::string(dark ? " (dark in A)" : "") + (lighting["counted"].get<bool>() ? "" : " (ignored)") +
          (lighting["converged"].get<bool>() ? "" : " (not converged)");
 }
 
 double reportNumber(const Json& value) { return value.is_number() ? value.get<double>() : 0.0; }
+
+std::string reportPercent(const Json& value) {
+  const double share = reportNumber(value);
+  return isBeyondBounds(share) ? "infinite" : printed("%.2f%%", 100 * share);
+}
 
 std::string reportAsText(const Json& all) {
   const Json report = printableStrings(all);
