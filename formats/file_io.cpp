@@ -336,7 +336,7 @@ Result<fs::path> followLinks(const fs::path& path) {
   return ioError(path, "cannot be written", ELOOP);
 }
 
-Status writeFileAtomically(const fs::path& path, const std::function<bool(const ByteSink&)>& body) {
+Status writeFileAtomically(const fs::path& path, const std::function<bool(const ByteSink&)>& body, unsigned mode) {
   const Result<fs::path> target = targetOf(path);
   if (!target) return target.error();
   removeStaleTemporaries(*target);
@@ -353,6 +353,7 @@ Status writeFileAtomically(const fs::path& path, const std::function<bool(const 
   errno = 0;
   if (!step(body(sink))) return ioError(path, "cannot be written", reason);
   keepAccess(*target, temporary->file);
+  if (mode != 0) ::fchmod(fd, static_cast<mode_t>(mode));
   if (!step(::fsync(fd) == 0)) return ioError(path, "cannot be written", reason);
   if (!step(temporary->renameTo(*target))) return cannotBeReplaced(path, reason);
   syncFolder(folderOf(*target));

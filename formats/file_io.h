@@ -41,10 +41,12 @@ using ByteSink = std::function<bool(std::span<const std::byte>)>;
 // Write through `body` into a temporary beside `path`, flush it to the disk, and rename it to `path`. On failure the
 // temporary is removed and `path` is untouched. Temporaries that killed runs left for the same path are removed first;
 // where the file system has no locks, those of the last day are left alone, because a neighbour may be writing them.
-// A file that is replaced hands on its mode, and its group where this user may give it.
+// A file that is replaced hands on its mode, and its group where this user may give it; `mode`, unless 0, is the file's
+// in any case.
 // A symbolic link stays, and what it points to is written. Devices, pipes and links of /proc are refused.
 // io: names the path and the system's reason.
-Status writeFileAtomically(const std::filesystem::path& path, const std::function<bool(const ByteSink&)>& body);
+Status writeFileAtomically(const std::filesystem::path& path, const std::function<bool(const ByteSink&)>& body,
+                           unsigned mode = 0);
 
 // Remove the temporaries that writeFileAtomically() is writing, in any thread of this process; files that are whole
 // stay. From then on such writes wait for ever. For a process that ends by _exit() right after, while its threads still

@@ -118,7 +118,8 @@ std::vector<NamedShard> findBlocks(const EntryName& links, const BakePlan& plan,
   std::vector<NamedShard> found;
   const std::uint32_t caches = plan.bake.caches.count();
   const std::uint32_t count = std::min(std::max(1u, (caches + kBlockCaches - 1) / kBlockCaches), kMaxShards);
-  for (std::uint32_t i = 1; i <= count && !context.cancelled(); ++i) {
+  for (std::uint32_t i = 1; i <= count; ++i) {
+    if (!context.progress("find links", static_cast<double>(i - 1) / count)) break;
     const ShardNumber number{i, count};
     const EntryName name = EntryNames::block(links, number);
     const std::optional<EntryBytes> entry = store.find(name, context);
@@ -139,6 +140,7 @@ std::vector<NamedShard> findBlocks(const EntryName& links, const BakePlan& plan,
     }
     found.push_back({"block " + toString(number), std::move(block)});
   }
+  context.progress("find links", 1.0);
   return found;
 }
 
@@ -177,7 +179,9 @@ Result<Bake> bakeStored(const Scene& scene, const BakeOptions& options, EntryCac
   std::optional<BakePlan> plan;
   {
     const Context::Stage stage(context, "find plan");
+    context.progress("find plan", 0.0);
     plan = findPlan(names.plan(), scene, options, store, context);
+    context.progress("find plan", 1.0);
   }
   if (context.cancelled()) return cancelledError();
   if (!plan) {
@@ -187,7 +191,9 @@ Result<Bake> bakeStored(const Scene& scene, const BakeOptions& options, EntryCac
     plan = std::move(planned->plan);
     tracer.take(std::move(planned->tracer));
     const Context::Stage stage(context, "keep plan");
+    context.progress("keep plan", 0.0);
     if (const Status kept = keepPlan(names.plan(), *plan, recorder.said(), store, context); !kept) return kept.error();
+    context.progress("keep plan", 1.0);
   }
   const EntryName threshold = names.threshold(*plan);
   if (const Status set = setThreshold(threshold, tracer, *plan, store, context); !set) return set.error();

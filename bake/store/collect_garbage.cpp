@@ -50,14 +50,34 @@ bool removeAbandoned(const fs::path& path) {
 }
 
 // Whether a file begins as an entry does: others may have such names too. To read moves the time of its last reading,
-// by which entries go, unless `flags` has O_NOATIME, which takes the owner: a file of somebody else is believed then.
+// by which entries go, unless `flags` has O_NOATIME, which takes the owner: a file of somebody else is believed then,
+// and one that may not be read.
 bool mayBeEntry(const fs::path& path, int flags) {
   const int file = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC | flags);
-  if (file < 0) return errno == EPERM && (flags & O_NOATIME) != 0;
+  if (file < 0) return (flags & O_NOATIME) != 0 && (errno == EPERM || errno == EACCES);
   std::array<std::byte, kEntryHeaderBytes> header;
   const ssize_t got = ::read(file, header.data(), header.size());
   ::close(file);
   return got > 0 && beginsAsEntry(std::span(header).first(static_cast<std::size_t>(got)));
+}
+
+// Remove an entry, or see that another collection has. False: errno says why it stays.
+bool removeEntry(const Entry& entry, GarbageReport& report) {
+  errno = 0;
+  const bool isOurs = mayBeEntry(entry.path, 0);
+  if (!isOurs && errno == EACCES) return false;
+  if (isOurs && ::unlink(entry.path.c_str()) != 0 && errno != ENOENT) return false;
+  report.bytes -= entry.bytes;
+  --report.entries;
+  report.removedBytes += isOurs ? entry.bytes : 0;
+  report.removedEntries += isOurs;
+  return true;
+}
+
+// What may not be listed or removed, and is left.
+void noteLeft(const fs::path& path, const std::string& why, std::uint64_t& count, GarbageReport& report) {
+  if (report.reason.empty()) report.reason = path.string() + ": " + why;
+  ++count;
 }
 
 }  // namespace
@@ -72,6 +92,7 @@ Result<GarbageReport> collectGarbage(const fs::path& folder, std::uint64_t limit
     std::error_code inner;
     if (!isEntryFolder(folders->path().filename().string()) || folders->is_symlink(inner)) continue;
     fs::directory_iterator files(folders->path(), inner);
+    if (inner == std::errc::permission_denied) noteLeft(folders->path(), inner.message(), report.closedFolders, report);
     for (; !inner && files != fs::directory_iterator(); files.increment(inner)) {
       const std::string name = files->path().filename().string();
       struct stat info {};
@@ -93,15 +114,20 @@ Result<GarbageReport> collectGarbage(const fs::path& folder, std::uint64_t limit
   report.entries = entries.size();
   for (const Entry& entry : entries) {
     if (report.bytes <= limit) break;
-    const bool isOurs = mayBeEntry(entry.path, 0);  // or another collection has removed it
-    if (isOurs && ::unlink(entry.path.c_str()) != 0 && errno != ENOENT)
-      return Error{ErrorCode::io, entry.path.string() + ": " + std::system_category().message(errno)};
-    report.bytes -= entry.bytes;
-    --report.entries;
-    report.removedBytes += isOurs ? entry.bytes : 0;
-    report.removedEntries += isOurs;
+    if (!removeEntry(entry, report))
+      noteLeft(entry.path, std::system_category().message(errno), report.keptEntries, report);
   }
   return report;
+}
+
+Status checkHeld(const GarbageReport& report, const fs::path& folder, std::uint64_t limit) {
+  if (report.bytes <= limit && report.closedFolders == 0) return done();
+  std::string text = folder.string() + ": " + std::to_string(report.bytes) + " bytes are left";
+  if (report.bytes > limit) text += ", " + std::to_string(report.bytes - limit) + " more than the limit";
+  text += "; entries that may not be removed: " + std::to_string(report.keptEntries);
+  if (report.closedFolders > 0)
+    text += "; folders that may not be listed and are not counted: " + std::to_string(report.closedFolders);
+  return Error{ErrorCode::io, text + "; the first: " + report.reason + "; " + kShareHint};
 }
 
 }  // namespace relume

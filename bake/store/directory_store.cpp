@@ -31,6 +31,8 @@ Error ioError(const fs::path& path, int reason) {
   return {ErrorCode::io, path.string() + ": " + std::strerror(reason)};
 }
 
+Error closedError(const fs::path& path) { return {ErrorCode::unsupported, ioError(path, EACCES).message}; }
+
 // Note that an entry was used now, by the file system's clock. A folder that may only be read keeps its times.
 void touch(int file) {
   const timespec now[2] = {{0, UTIME_NOW}, {0, UTIME_NOW}};
@@ -64,6 +66,26 @@ std::optional<std::size_t> readInto(int file, std::span<std::byte> room) {
   return read;
 }
 
+constexpr mode_t kAccess = S_IRWXU | S_IRWXG | S_IRWXO;
+
+// A new folder in a store, for whom the store is: with its access, whatever the umask leaves. A group that is inherited
+// stays so.
+Status makeFolder(const fs::path& folder, mode_t access) {
+  std::error_code error;
+  if (fs::create_directory(folder, error)) {
+    const Descriptor made(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
+    struct stat info {};
+    // File systems without modes refuse.
+    if (made.get() >= 0 && ::fstat(made.get(), &info) == 0) ::fchmod(made.get(), (info.st_mode & 07000) | access);
+  }
+  if (error) return Error{ErrorCode::io, folder.string() + ": " + error.message()};
+  if (fs::is_symlink(folder, error))
+    return Error{ErrorCode::io, folder.string() + ": a link, expected a folder of the store"};
+  if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0 && errno == EACCES)
+    return closedError(folder);
+  return done();
+}
+
 }  // namespace
 
 std::string folderOf(const std::string& entry) { return entry.substr(0, kFolderDigits); }
@@ -81,6 +103,7 @@ Result<std::optional<std::vector<std::byte>>> DirectoryStore::get(const EntryNam
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
   if (file.get() < 0) {
     if (errno == ENOENT) return std::optional<std::vector<std::byte>>();
+    if (errno == EACCES) return closedError(path);
     if (errno == ELOOP || errno == ENXIO) return Error{ErrorCode::invalidFile, path.string() + ": not a regular file"};
     return ioError(path, errno);
   }
@@ -106,22 +129,23 @@ Result<std::optional<std::vector<std::byte>>> DirectoryStore::get(const EntryNam
 
 Status DirectoryStore::put(const EntryName& name, std::span<const std::byte> bytes) {
   const fs::path path = pathOf(name);
-  std::error_code error;
-  fs::create_directory(path.parent_path(), error);
-  if (error) return Error{ErrorCode::io, path.parent_path().string() + ": " + error.message()};
-  if (fs::is_symlink(path.parent_path(), error))
-    return Error{ErrorCode::io, path.parent_path().string() + ": a link, expected a folder of the store"};
+  struct stat store {};
+  if (::stat(folder_.c_str(), &store) != 0) return ioError(folder_, errno);
+  const mode_t access = store.st_mode & kAccess;
+  if (const Status made = makeFolder(path.parent_path(), access); !made) return made;
   // What is in the way of an entry: writing through a link would reach outside of the store.
+  std::error_code error;
   const fs::file_status there = fs::symlink_status(path, error);
   if (fs::exists(there) && !fs::is_regular_file(there) && !fs::remove(path, error))
     return Error{ErrorCode::io, path.string() + ": not a regular file: " + error.message()};
-  return writeFileAtomically(path, [&](const ByteSink& sink) { return sink(bytes); });
+  return writeFileAtomically(
+      path, [&](const ByteSink& sink) { return sink(bytes); }, access & 0666);
 }
 
 Status DirectoryStore::hold(std::uint64_t limit) {
   if (::faccessat(AT_FDCWD, folder_.c_str(), W_OK, AT_EACCESS) != 0) return done();
   const Result<GarbageReport> report = collectGarbage(folder_, limit);
-  return report ? done() : Status(report.error());
+  return report ? checkHeld(*report, folder_, limit) : Status(report.error());
 }
 
 }  // namespace relume

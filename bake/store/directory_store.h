@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A store in a folder: FOLDER/ab/abcdef..., a file an entry, 256 folders. Files are written under another name and
-// renamed; the one that was used last has the latest time, by the file system's clock, which all machines share.
+// renamed; the one that was used last has the latest time, by the file system's clock, which all machines share. What
+// is made in it may be read and written by those who may read and write the store's own folder.
 #pragma once
 
 #include "bake/store/store.h"

@@ -222,7 +222,7 @@ class HttpStore : public Store {
       curl_easy_setopt(easy, CURLOPT_INFILESIZE_LARGE, static_cast<curl_off_t>(sent->bytes.size()));
     }
 
-    const CURLcode result = perform(easy);
+    const CURLcode result = perform(easy, received);
     if (result == CURLE_ABORTED_BY_CALLBACK) return cancelledError();
     if (!received.sound) return received.sound.error();
     if (result != CURLE_OK)
@@ -232,12 +232,16 @@ class HttpStore : public Store {
     return status;
   }
 
-  // As curl_easy_perform(), but it stops when the bake is cancelled.
-  CURLcode perform(CURL* easy) {
+  // As curl_easy_perform(), but it stops when the bake is cancelled, or has waited long enough.
+  CURLcode perform(CURL* easy, const Received& received) {
     CURLcode result = CURLE_ABORTED_BY_CALLBACK;
     curl_multi_add_handle(multi_.get(), easy);
     for (int running = 1; running > 0;) {
       if (cancelled_ && cancelled_()) break;
+      if (goesOn_ && !goesOn_(received.bytes.size())) {
+        result = CURLE_OPERATION_TIMEDOUT;
+        break;
+      }
       if (curl_multi_perform(multi_.get(), &running) != CURLM_OK) break;
       if (running > 0) curl_multi_poll(multi_.get(), nullptr, 0, kPollMs, nullptr);
     }

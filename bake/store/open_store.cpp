@@ -5,15 +5,27 @@
 
 #include <strings.h>
 
+#include <algorithm>
 #include <system_error>
 
 namespace relume {
+namespace {
+
+// "user:password@server/folder".
+bool beginsWithPassword(const std::string& where) {
+  const std::size_t colon = where.find(':'), at = where.find('@', std::min(colon, where.size()));
+  return at < where.find('/');
+}
+
+}  // namespace
 
 Store::~Store() = default;
 
-// A URL that lost a slash is no folder: its password would become one's name.
+// A URL that lost a slash or all before its user is no folder: its password would become one's name.
 bool isUrl(const std::string& where) {
-  return where.find("://") != std::string::npos || ::strncasecmp(where.c_str(), "http:", 5) == 0 ||
+  std::error_code none;
+  return (beginsWithPassword(where) && !std::filesystem::is_directory(where, none)) ||
+         where.find("://") != std::string::npos || ::strncasecmp(where.c_str(), "http:", 5) == 0 ||
          ::strncasecmp(where.c_str(), "https:", 6) == 0;
 }
 

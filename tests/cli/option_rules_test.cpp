@@ -65,7 +65,7 @@ TEST_F(OptionRules, namesOfFilesAreNotEmpty) {
     }
   }
   expectRefused({"store", "gc", ""}, "DIR: a folder's name expected, \"\" found");
-  for (const char* url : {"http://a:s3cr3t@b/c", "http:/a:s3cr3t@b/c"})
+  for (const char* url : {"http://a:s3cr3t@b/c", "http:/a:s3cr3t@b/c", "a:s3cr3t@b/c"})
     expectRefused({"store", "gc", url}, "store gc: a folder expected, a URL found; ");
   EXPECT_EQ(filesIn(folder_ / "out"), 0u) << "nothing was baked";
 }

@@ -371,5 +371,25 @@ TEST_F(Outputs, namesDoNotReachTheTerminalAsCommands) {
   expectClean(run({"bake", names}), false);
 }
 
+// A collection goes on past what this user may not remove, and ends as one that could not write where the limit is
+// missed by that.
+TEST_F(Outputs, collectionsSayWhatTheyMayNotRemove) {
+  const fs::path store = folder_ / "store";
+  bake(room_, out_, {"--store", store.string()});
+  const fs::path closed = *fs::directory_iterator(store);
+  fs::permissions(closed, fs::perms(0555));
+  const ProgramResult gc = runAsUser({"store", "gc", store.string(), "--limit", "0"});
+  const ProgramResult held = runAsUser({"store", "gc", store.string(), "--limit", "1G"});
+  fs::permissions(closed, fs::perms(0755));
+  if (gc.status == kNotDropped) GTEST_SKIP() << "root cannot become a user";
+  EXPECT_EQ(gc.status, 2) << gc.err;
+  EXPECT_NE(gc.out.find("store: 1 entries ("), std::string::npos) << gc.out;
+  EXPECT_NE(gc.out.find(", 1 may not be removed\n"), std::string::npos) << gc.out;
+  EXPECT_NE(gc.err.find(" more than the limit; entries that may not be removed: 1; the first: " + closed.string()),
+            std::string::npos)
+      << gc.err;
+  EXPECT_EQ(held.status, 0) << held.err;
+}
+
 }  // namespace
 }  // namespace relume

@@ -1,47 +1,20 @@
 // SPDX-License-Identifier: MIT
 // Entries and the folders that hold them: what is damaged, forged or not an entry at all is told from one that is
 // whole, nothing outside of the store is touched, and what was used last is what stays.
-#include "bake/store/directory_store.h"
-#include "bake/store/entry_cache.h"
+#include "tests/store/store_fixture.h"
 
-#include <gtest/gtest.h>
 #include <xxhash.h>
 
-#include <arpa/inet.h>
-#include <fcntl.h>
 #include <sys/file.h>
 #include <sys/resource.h>
-#include <sys/socket.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <csignal>
 #include <cstring>
 #include <fstream>
-#include <random>
-#include <thread>
 
 namespace relume {
 namespace {
-
-namespace fs = std::filesystem;
-using Bytes = std::vector<std::byte>;
-
-Bytes someBytes(std::size_t size, unsigned seed = 1) {
-  std::mt19937 random(seed);
-  Bytes bytes(size);
-  for (std::byte& b : bytes) b = std::byte{static_cast<unsigned char>(random() % 16)};
-  return bytes;
-}
-
-EntryName nameOf(unsigned number) { return {number * 0x9E3779B97F4A7C15ull, number}; }
-
-Bytes sealed(const EntryName& name, const Bytes& bytes) {
-  const auto file = sealEntry(name, bytes);
-  EXPECT_TRUE(file);
-  return *file;
-}
 
 // Make the checksum of a file fit what stands in it.
 void sealAgain(Bytes& file) {
@@ -100,25 +73,6 @@ TEST(Entries, forgedSizesAllocateNothing) {
     EXPECT_TRUE(!opened || opened->bytes.size() == 600u);
   }
 }
-
-class Folder : public testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) /
-              (std::string("relume_store_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  fs::path pathOf(const EntryName& name) const { return folder_ / folderOf(toString(name)) / toString(name); }
-  void touchAt(const EntryName& name, int seconds) const {
-    const timespec times[2] = {{seconds, 0}, {seconds, 0}};
-    ASSERT_EQ(::utimensat(AT_FDCWD, pathOf(name).c_str(), times, 0), 0);
-  }
-
-  fs::path folder_;
-};
 
 TEST_F(Folder, givesBackWhatWasPut) {
   DirectoryStore store(folder_);
@@ -256,18 +210,6 @@ TEST_F(Folder, manyWritersReadersAndCollectorsGiveWholeEntries) {
   EXPECT_GT(whole, 0);
 }
 
-// Counts what a bake is warned of its store.
-struct Listener {
-  explicit Listener(EntryCache& cache) {
-    cache.reportTo([this](Severity, std::string_view text) {
-      text_ += text;
-      ++count_;
-    });
-  }
-  std::string text_;
-  int count_ = 0;
-};
-
 // As a disk that takes no more than a little of a file, for its lifetime.
 class FullDisk {
  public:
@@ -404,11 +346,12 @@ TEST(Stores, urlsThatAreNoneAreRefused) {
   EXPECT_EQ((*store)->name(), "http://host:8080/bakes/");
 }
 
-// One that lost a slash is not taken for a folder of that name, and its password is not said.
+// One that lost a slash, or its scheme, is not taken for a folder of that name, and its password is not said.
 TEST_F(Folder, urlsWithoutSlashesAreNoFolders) {
   const fs::path before = fs::current_path();
   fs::current_path(folder_);
-  for (const char* bad : {"http:/bob:s3cr3t@host/x", "HTTPS:bob:s3cr3t@host/x", "Http:", "http:/a:s3cr3t@b/c://d"}) {
+  for (const char* bad : {"http:/bob:s3cr3t@host/x", "HTTPS:bob:s3cr3t@host/x", "Http:", "http:/a:s3cr3t@b/c://d",
+                          "bob:s3cr3t@host/x", "bob:s3cr3t@host", "bob:s:3cr3t@host:8080/x"}) {
     EXPECT_TRUE(isUrl(bad)) << bad;
     const auto store = openStore(bad);
     ASSERT_FALSE(store) << bad;
@@ -416,46 +359,12 @@ TEST_F(Folder, urlsWithoutSlashesAreNoFolders) {
     EXPECT_NE(store.error().message.find("without //"), std::string::npos) << store.error().message;
     EXPECT_EQ(store.error().message.find("s3cr3t"), std::string::npos) << store.error().message;
   }
-  EXPECT_FALSE(isUrl("https_bakes"));
-  fs::current_path(before);
   EXPECT_TRUE(fs::is_empty(folder_));
+  fs::create_directory("a:b@c");
+  for (const char* good : {"https_bakes", "a:b@c", "v1@x:y/z", "bakes/a:b@c", "./d:e@f"})
+    EXPECT_FALSE(isUrl(good)) << good;
+  fs::current_path(before);
 }
-
-// A server that gives one answer to whatever it is asked, a connection each time.
-class Answers {
- public:
-  explicit Answers(const std::string& answer) : listener_(::socket(AF_INET, SOCK_STREAM, 0)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof address;
-    EXPECT_EQ(::bind(listener_, reinterpret_cast<sockaddr*>(&address), size), 0);
-    EXPECT_EQ(::listen(listener_, 8), 0);
-    ::getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size);
-    port_ = ntohs(address.sin_port);
-    thread_ = std::thread([this, answer] {
-      for (int peer = 0; (peer = ::accept(listener_, nullptr, nullptr)) >= 0; ::close(peer)) {
-        char asked[4096];
-        if (::recv(peer, asked, sizeof asked, 0) > 0) ::send(peer, answer.data(), answer.size(), MSG_NOSIGNAL);
-      }
-    });
-  }
-  ~Answers() {
-    ::shutdown(listener_, SHUT_RDWR);
-    thread_.join();
-    ::close(listener_);
-  }
-  Answers(const Answers&) = delete;
-  Answers& operator=(const Answers&) = delete;
-  std::string url(const std::string& user = "") const {
-    return "http://" + user + "127.0.0.1:" + std::to_string(port_) + "/bakes";
-  }
-
- private:
-  int listener_;
-  int port_ = 0;
-  std::thread thread_;
-};
 
 // What a store says that cannot be read.
 std::string whyNot(const std::string& url) {

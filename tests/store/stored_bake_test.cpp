@@ -19,6 +19,7 @@
 #include <filesystem>
 #include <fstream>
 #include <random>
+#include <set>
 #include <thread>
 
 namespace relume {
@@ -67,7 +68,8 @@ struct Stored {
   Bytes bytes;
   EntryCache::Statistics statistics;
   std::string said;
-  double traced = 0.0;  // caches
+  double traced = 0.0;                      // caches
+  std::set<std::string, std::less<>> told;  // stages, by progress
 };
 
 class StoredBake : public testing::Test {
@@ -79,7 +81,8 @@ class StoredBake : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  Stored bakeOnce(const Scene& scene, const BakeOptions& options, int threads = 2) const {
+  Stored bakeOnce(const Scene& scene, const BakeOptions& options, int threads = 2,
+                  const StorePatience& patience = {}) const {
     Stored result;
     Context context;
     context.threads = threads;
@@ -88,9 +91,14 @@ class StoredBake : public testing::Test {
       const std::scoped_lock lock(mutex);
       if (severity == Severity::warning) result.said += std::string(text) + "\n";
     };
+    context.onProgress = [&](std::string_view stage, double) {
+      const std::scoped_lock lock(mutex);
+      result.told.emplace(stage);
+      return true;
+    };
     auto store = openStore(folder_.string());
     EXPECT_TRUE(store) << store.error().message;
-    EntryCache cache(std::move(*store), 0);
+    EntryCache cache(std::move(*store), 0, patience);
     result.bytes = bytesOf(bakeWithStore(scene, options, cache, context));
     result.statistics = cache.statistics();
     for (const StageReport& stage : context.report()) {
@@ -206,6 +214,19 @@ TEST_F(StoredBake, theSameLevelIsFoundWhole) {
   EXPECT_EQ(second.statistics.found, first.statistics.written - 2) << "who has the plan needs no play space, no caches";
   EXPECT_EQ(second.traced, 0.0);
   EXPECT_EQ(first.said, second.said) << "what was said of the level is said again";
+  for (const char* stage : {"find plan", "find links"}) EXPECT_TRUE(second.told.contains(stage)) << stage;
+}
+
+TEST_F(StoredBake, oneThatGetsTooSlowMidwayGivesTheSameBytes) {
+  const Scene scene = room();
+  const BakeOptions options = test::tinyBakeOptions();
+  const Bytes plain = bakeOnce(scene, options).bytes;
+  ASSERT_TRUE(plain == plainBytes(scene, options));
+  const Stored slow = bakeOnce(scene, options, 2, {0.0, 0.0, 0.0});
+  EXPECT_TRUE(slow.bytes == plain);
+  EXPECT_EQ(slow.statistics.found, 1u) << "the plan";
+  EXPECT_GT(slow.traced, 0.0);
+  EXPECT_NE(slow.said.find("too slow, done without from here"), std::string::npos) << slow.said;
 }
 
 TEST_F(StoredBake, aBakeThatWasStoppedGoesOn) {

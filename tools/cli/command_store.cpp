@@ -33,8 +33,10 @@ int runStore(const GarbageArguments& arguments) {
   std::printf("%s: %llu entries (%.1f MiB), %llu removed (%.1f MiB)", printable(arguments.folder).c_str(),
               count(report->entries), mib(report->bytes), count(report->removedEntries), mib(report->removedBytes));
   if (report->temporaries > 0) std::printf(", %llu half-written files removed", count(report->temporaries));
+  if (report->keptEntries > 0) std::printf(", %llu may not be removed", count(report->keptEntries));
   std::printf("\n");
-  return 0;
+  const Status held = checkHeld(*report, arguments.folder, arguments.limit);
+  return held ? 0 : fail(held.error());
 }
 
 }  // namespace
