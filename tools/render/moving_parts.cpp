@@ -2,6 +2,8 @@
 // See moving_parts.h.
 #include "tools/render/moving_parts.h"
 
+#include "formats/limits.h"
+
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
@@ -38,7 +40,7 @@ Result<MovingShapes> movingShapes(const Scene& scene) {
           std::sqrt(glm::length(glm::cross(linear * (mesh.position[v.y] - a), linear * (mesh.position[v.z] - a))));
       const SurfacePoint middle{i, t, glm::vec2(1.0f / 3.0f)};
       of.albedo.push_back(glm::clamp(albedoAt(scene, middle, width), 0.0f, 1.0f));
-      of.emission.push_back(glm::max(emissionAt(scene, middle, width), 0.0f));
+      of.emission.push_back(glm::clamp(emissionAt(scene, middle, width), 0.0f, kMaxRadiance));
     }
     meshes.push_back({mesh.position, mesh.triangle, of.albedo, of.emission});
   }

@@ -2,6 +2,7 @@
 // See read_sky_map.h.
 #include "tools/render/read_sky_map.h"
 
+#include "bake/base/memory_budget.h"
 #include "bake/import/read_images.h"
 #include "formats/equirectangular.h"
 #include "formats/file_io.h"
@@ -75,6 +76,12 @@ Result<SkyMap> readSkyMap(const std::filesystem::path& path, const MemoryCheck& 
     }
   }
   return map;
+}
+
+Result<SkyMap> readSkyMap(const std::filesystem::path& path, Context& context) {
+  return readSkyMap(path, [&context](double bytes, const std::string& what) {
+    return reserveMemory(context, "sky map", bytes, what, "use a smaller one");
+  });
 }
 
 std::vector<glm::vec3> skyPatchesOf(const Sky& sky, std::span<const glm::vec3> skyDirection) {

@@ -2,7 +2,6 @@
 // See view_options.h.
 #include "tools/render/view_options.h"
 
-#include "bake/base/memory_budget.h"
 #include "bake/base/printed.h"
 #include "bake/scene/unit_vector.h"
 #include "formats/limits.h"
@@ -94,16 +93,16 @@ Result<Camera> chooseCamera(const ViewOptions& options, const Scene& scene, cons
                             framed->target.y, framed->target.z));
     return lookAt(framed->eye, framed->target, fov->value_or(glm::radians(kDefaultFovDeg)));
   }
-  for (const Camera& camera : scene.cameras) {
-    if (!options.camera.empty() && !isCalled(camera, options.camera)) continue;
-    if (*fov && camera.orthographic)
-      return usage("--fov: camera \"" + camera.name + "\" is orthographic, which has no field of view");
-    Camera chosen = camera;
-    chosen.yfovRad = fov->value_or(camera.yfovRad);
-    return chosen;
-  }
-  return usage("--camera: no camera \"" + options.camera +
-               "\" in the scene; there are: " + namesForPeople(scene.cameras));
+  const NamedCamera named = cameraCalled(scene, options.camera);
+  if (named.camera == nullptr)
+    return usage("--camera: no camera \"" + options.camera +
+                 "\" in the scene; there are: " + namesForPeople(scene.cameras));
+  if (!named.warning.empty()) context.message(Severity::warning, named.warning);
+  Camera chosen = *named.camera;
+  if (*fov && chosen.orthographic)
+    return usage("--fov: camera \"" + chosen.name + "\" is orthographic, which has no field of view");
+  chosen.yfovRad = fov->value_or(chosen.yfovRad);
+  return chosen;
 }
 
 // Which lights are on. A name may stand for several lights: one glTF light on two nodes.
@@ -114,9 +113,9 @@ Status chooseLights(const std::vector<std::string>& parts, const Scene& scene, V
     const bool all = name == "all";
     bool known = all || name == "none" || name == "emissive";
     if (all || name == "emissive") view.emissive = true;
-    for (const SceneLight& light : scene.lights) {
-      if (!all && !isCalled(light, name)) continue;
-      view.lights.push_back(light);
+    if (all) view.lights = scene.lights;
+    for (const SceneLight* const light : allCalled(scene.lights, name)) {
+      if (!all) view.lights.push_back(*light);
       known = true;
     }
     if (!known) {
@@ -131,6 +130,21 @@ Status chooseLights(const std::vector<std::string>& parts, const Scene& scene, V
 
 std::string namesForPeople(std::span<const Camera> cameras) { return namesOf(cameras); }
 std::string namesForPeople(std::span<const SceneLight> lights) { return namesOf(lights); }
+
+NamedCamera cameraCalled(const Scene& scene, const std::string& name) {
+  if (name.empty()) return {scene.cameras.empty() ? nullptr : &scene.cameras.front()};
+  const std::vector<const Camera*> found = allCalled(scene.cameras, name);
+  if (found.empty()) return {};
+  NamedCamera named{found.front()};
+  if (found.size() > 1) {
+    std::vector<Camera> cameras;
+    for (const Camera* const camera : found) cameras.push_back(*camera);
+    named.warning = "--camera: \"" + name +
+                    "\" is the name of several cameras, and the first is shown: " + namesForPeople(cameras) +
+                    "; give them names of their own, and that of one of their nodes here";
+  }
+  return named;
+}
 
 std::vector<std::string> lightNames(const std::vector<std::string>& parts, const Scene& scene) {
   std::vector<std::string> names;
@@ -167,17 +181,18 @@ Camera lookAt(const glm::vec3& eye, const glm::vec3& target, float yfovRad) {
 }
 
 void addViewOptions(CLI::App& command, ViewOptions& options) {
-  command.add_option(
-      "--camera", options.camera,
-      "camera by its name or its node's; default: the scene's first, or one that frames the level when it has none");
+  command.add_option("--camera", options.camera,
+                     "camera by its node's name, or else its own; default: the scene's first, or one that frames the "
+                     "level when it has none");
   command.add_option("--eye", options.eye, "X,Y,Z [m]: look from here instead of from a camera; with --target");
   command.add_option("--target", options.target, "X,Y,Z [m]: look at this point; with --eye");
   command.add_option("--fov", options.fov,
                      "vertical field of view [degrees], 1..170; default: the camera's, 60 with --eye");
   command
-      .add_option("--lights", options.lights,
-                  "lights that are on, by their names or their nodes', separated by commas; \"emissive\" = all "
-                  "emitting surfaces; or all, none")
+      .add_option(
+          "--lights", options.lights,
+          "lights that are on, by their nodes' names, or else their own, separated by commas; \"emissive\" = all "
+          "emitting surfaces; or all, none")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->capture_default_str();
@@ -282,9 +297,7 @@ Status completeView(const ViewOptions& options, const Scene& scene, Context& con
   view.camera = *camera;
   if (Status ok = chooseLights(options.lights, scene, view); !ok) return ok;
   if (!options.skyMap.empty()) {
-    auto map = readSkyMap(options.skyMap, [&context](double bytes, const std::string& what) {
-      return reserveMemory(context, "sky map", bytes, what, "use a smaller one");
-    });
+    auto map = readSkyMap(options.skyMap, context);
     if (!map) return map.error();
     view.sky.map = std::make_shared<const SkyMap>(std::move(*map));
   }

@@ -39,6 +39,13 @@ void addViewOptions(CLI::App& command, ViewOptions& options);
 std::string namesForPeople(std::span<const Camera> cameras);
 std::string namesForPeople(std::span<const SceneLight> lights);
 
+// The camera that --camera names, or the first where `name` is empty; null where there is none.
+struct NamedCamera {
+  const Camera* camera = nullptr;
+  std::string warning{};  // that the name is that of several, of which this is the first; empty = it is not
+};
+NamedCamera cameraCalled(const Scene& scene, const std::string& name);
+
 // The names of --lights, which a comma parts: parts that together are the name of a light, which has commas, are one.
 std::vector<std::string> lightNames(const std::vector<std::string>& parts, const Scene& scene);
 

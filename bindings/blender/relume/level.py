@@ -8,7 +8,7 @@ import contextlib
 
 import bpy
 
-from . import gltf
+from . import gltf, instances
 from .program import RelumeError
 
 LAYER = "Relume"  # UV map of the light map's coordinates
@@ -45,7 +45,8 @@ def shown_objects(scene):
         hidden = hidden or layer.collection.hide_render
         for object_ in layer.collection.objects if not layer.exclude else ():
             draws = object_.type not in {"EMPTY", "CAMERA", "ARMATURE"} or object_.instance_type != "NONE"
-            if not (draws and (hidden or object_.hide_render)):
+            instanced = object_.parent is not None and object_.parent.instance_type in instances.INSTANCERS
+            if not (draws and (hidden or object_.hide_render or instanced)):
                 shown.add(object_)
         for child in layer.children:
             visit(child, hidden)
@@ -60,14 +61,8 @@ def only_shown(scene, shown):
     collections = [each for each in scene.collection.children_recursive if not shown.isdisjoint(each.all_objects)]
     wanted = [(each, name, False) for each in collections for name in ("hide_render", "hide_viewport")]
     wanted += [(each, "hide_viewport", False) for each in shown] + [(each, "hide_render", each not in shown) for each in scene.objects]
-    kept = [(each, name, getattr(each, name), value) for each, name, value in wanted if getattr(each, name) != value]
-    try:
-        for each, name, _, value in kept:
-            setattr(each, name, value)
+    with instances.changed(wanted):
         yield
-    finally:
-        for each, name, before, _ in kept:
-            setattr(each, name, before)
 
 
 @contextlib.contextmanager
@@ -91,52 +86,47 @@ def without_layer(meshes):
 
 
 def export(scene, path):
-    """Write the scene as a level."""
+    """Write the scene as a level. Gives names of what it cannot have, by what to do about it."""
     wanted = dict(filepath=path, export_format="GLB", export_extras=True, export_cameras=True, export_lights=True, export_apply=True,
                   export_yup=True, export_animations=False, export_import_convert_lighting_mode="SPEC", use_active_scene=True,
                   use_renderable=True)
     known = bpy.ops.export_scene.gltf.get_rna_type().properties.keys()
     shown, of_scene = shown_objects(scene), said(scene)
     of_objects = {each.name: inherited(each) for each in shown}
-    with without_layer(object_.data for object_ in scene.objects if object_.type == "MESH"), only_shown(scene, shown):
+    with without_layer(mesh for mesh in bpy.data.meshes if not mesh.is_editmode), instances.found_in(scene, shown) as found, \
+            only_shown(scene, shown), instances.exporting_objects_alone(scene, found):
         bpy.ops.export_scene.gltf(**{name: value for name, value in wanted.items() if name in known})
     document = gltf.Document(path)
     for exported in document.json.get("scenes", []):
         exported.setdefault("extras", {})["relume"] = {**of_scene, "lightUnit": "photometric"}
-    complete_nodes(document.json.get("nodes", []), shown, of_objects)
+    found.write(document.json, inherited)
+    complete_nodes(document.json.get("nodes", []), shown, of_objects, found.hidden)
     give_default_material(document.json)
     if scene.unit_settings.system != "NONE":
         scale_to_metres(document.json, scene.unit_settings.scale_length)
     document.write(path)
+    return found.left_out
 
 
-def complete_nodes(nodes, shown, of_objects):
+def complete_nodes(nodes, shown, of_objects, hidden):
     """Say again what an object that was left out said of those below it, and leave out what is hidden inside of collection instances, of
     which the exporter takes all."""
     orphans = {each.name for each in shown if above_is_hidden(each, shown)}
-    instanced = {each.name: each.instance_collection for each in bpy.data.objects if each.instance_collection}
     for node in nodes:
         if node.get("name") in orphans and of_objects[node["name"]]:
             node.setdefault("extras", {})["relume"] = of_objects[node["name"]]
-        if node.get("name") in instanced:
-            leave_out_hidden(nodes, node, instanced[node["name"]])
+        if node.get("name") in hidden:
+            leave_out(nodes, node, hidden[node["name"]])
 
 
-def leave_out_hidden(nodes, instance, collection):
-    hidden = {each.name for each in collection.all_objects} - drawn_within(collection)
+def leave_out(nodes, instance, names):
     below = list(instance.get("children", []))
     while below:
         node = nodes[below.pop()]
         below += node.get("children", [])
-        if node.get("name") in hidden:
+        if node.get("name") in names:
             node.pop("mesh", None)
-
-
-def drawn_within(collection):
-    """Names of what a render shows of the collection's instances: visible in one of the collections below it is enough."""
-    if collection.hide_render:
-        return set()
-    return {each.name for each in collection.objects if not each.hide_render}.union(*map(drawn_within, collection.children))
+            node.pop("extensions", None)
 
 
 def above_is_hidden(object_, shown):
@@ -163,3 +153,7 @@ def scale_to_metres(document, scale):
             light["intensity"] = light.get("intensity", 1.0) * scale * scale
             if "range" in light:
                 light["range"] *= scale
+    for camera in document.get("cameras", []):
+        lengths = camera.get(camera["type"], {})
+        for name in {"xmag", "ymag", "znear", "zfar"} & lengths.keys():
+            lengths[name] *= scale

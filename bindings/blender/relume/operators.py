@@ -39,9 +39,11 @@ def is_bake(path):
         return file.read(len(_BAKE_MAGIC)) == _BAKE_MAGIC
 
 
-def write_level(scene):
+def write_level(scene, warn):
+    """Gives its path. warn: is called with what it says of things that the level cannot have."""
     path = os.path.join(session_folder(), "level.glb")
-    level.export(scene, path)
+    for why, names in level.export(scene, path).items():
+        warn(f"not in the level: {texcoords.listed(names)}: {why}")
     return path
 
 
@@ -57,6 +59,9 @@ class Command:
 
     def words(self, context):
         raise NotImplementedError
+
+    def warn(self, text):
+        self.report({"WARNING"}, text)
 
     def done(self, context, run):
         """True where it is to run once more."""
@@ -151,7 +156,7 @@ class Bake(Command, bpy.types.Operator):
         copied = texcoords.make_single_users(scene) if settings.texcoords else []
         if copied:
             self.report({"INFO"}, f"meshes of their own for {texcoords.listed(copied)}")
-        words = ["bake", write_level(scene), "-o", bake_path(scene), "--preset", settings.preset, "--export-glb", self._game]
+        words = ["bake", write_level(scene, self.warn), "-o", bake_path(scene), "--preset", settings.preset, "--export-glb", self._game]
         return words + (["--options", bpy.path.abspath(settings.options)] if settings.options else [])
 
     def done(self, context, run):
@@ -176,8 +181,8 @@ class Preview(Command, bpy.types.Operator):
         settings = scene.relume_settings
         self._picture = os.path.join(session_folder(), "preview.png")
         camera = ["--camera", scene.camera.name] if scene.camera else []  # relume frames a level that has none
-        sky = world.sky(scene.world, session_folder(), lambda text: self.report({"WARNING"}, text))
-        return ["render", write_level(scene), "--bake", bake_path(scene), *camera, *sky, "--size",
+        sky = world.sky(scene.world, session_folder(), self.warn)
+        return ["render", write_level(scene, self.warn), "--bake", bake_path(scene), *camera, *sky, "--size",
                 f"{settings.width}x{settings.height}", "--exposure", settings.exposure, "-o", self._picture]
 
     def done(self, context, run):
@@ -222,7 +227,7 @@ class Export(Command, ExportHelper, bpy.types.Operator):
             raise program.RelumeError(f'there is no bake "{bake_path(context.scene)}": bake first')
         if os.path.exists(self.bake) and not is_bake(self.bake):
             raise program.RelumeError(f'"{self.bake}", where the bake goes, is something else; choose another name')
-        return ["export", write_level(context.scene), bake_path(context.scene), "-o", self.filepath]
+        return ["export", write_level(context.scene, self.warn), bake_path(context.scene), "-o", self.filepath]
 
     def done(self, context, run):
         if not (os.path.exists(self.bake) and os.path.samefile(self.bake, bake_path(context.scene))):
