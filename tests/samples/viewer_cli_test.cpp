@@ -88,6 +88,37 @@ TEST_F(ViewerCommand, lightsOfAFileAreOn) {
   EXPECT_NE(log().find("has no \"position\""), std::string::npos) << log();
 }
 
+// As many lights are on as the window has on, and the one that is to move is one of them.
+TEST_F(ViewerCommand, noMoreLightsAreOnThanThereAreShadowMaps) {
+  const std::string made = bake(kLevel), lights = at("lights.json");
+  std::string list;
+  for (int i = 0; i < 31; ++i)
+    list += std::string(i > 0 ? "," : "") + R"({"type": "point", "name": "l)" + std::to_string(i) +
+            R"(", "position": [2.5, 1.5, 1.5]})";
+  std::ofstream(lights) << "[" << list << "]";
+  const std::string all = "--lights-file '" + lights + "'";
+  const int status = view(kLevel, made, "many", all);
+  if (status == kNoGl) GTEST_SKIP() << log();
+  EXPECT_EQ(status, 0) << log();
+  EXPECT_NE(log().find("warning: 2 lights switched off: 32 are on, and no more can be"), std::string::npos) << log();
+  const ProgramResult rendered = runProgram({"render", kLevel, "--bake", made, "--lights-file", lights, "--backend",
+                                             "gl", "--size", "64x36", "--progress", "none", "-o", at("render.png")},
+                                            folder_);
+  EXPECT_EQ(rendered.status, 1);
+  EXPECT_NE(rendered.err.find("34 lights are on, and at most 32 can be where shadow maps are drawn; choose them with "
+                              "--lights"),
+            std::string::npos)
+      << rendered.err;
+
+  EXPECT_EQ(view(kLevel, made, "none", "--lights none --move lamp"), 1);
+  EXPECT_NE(log().find("--move: \"lamp\" is off; --lights has to name it"), std::string::npos) << log();
+  EXPECT_EQ(view(kLevel, made, "none", all + " --move l30"), 1);
+  EXPECT_NE(log().find("--move: \"l30\" is off"), std::string::npos) << log();
+  EXPECT_EQ(view(kLevel, made, "none", "--move moon"), 1);
+  EXPECT_NE(log().find("--move: no light \"moon\" in the scene"), std::string::npos) << log();
+  EXPECT_FALSE(fs::exists(folder_ / "none"));
+}
+
 TEST_F(ViewerCommand, aLevelWithoutABakeIsBaked) {
   const std::string command =
       "'" RELUME_VIEW "' '" + std::string(kLevel) +

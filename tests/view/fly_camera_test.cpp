@@ -98,5 +98,30 @@ TEST(FlyCamera, anOrthographicCameraIsWarnedOfWhereItIsChosen) {
   EXPECT_FALSE(cameraWarning(Scene(), ViewerOptions()));
 }
 
+TEST(FlyCamera, startsAtTheCameraOfTheNodeThatIsNamed) {
+  Scene scene;
+  scene.cameras = {cameraAt(kEye, 0.0f, 0.0f), cameraAt(-kEye, 0.0f, 0.0f)};
+  scene.cameras[0].name = scene.cameras[1].node = "B";  // Blender's object A has the data B, and B has A
+  scene.cameras[1].name = scene.cameras[0].node = "A";
+  scene.lights.resize(2);
+  scene.lights[0].name = scene.lights[1].node = "D";
+  scene.lights[1].name = scene.lights[0].node = "C";
+  ViewerOptions options;
+  for (const int i : {0, 1}) {
+    options.camera = scene.cameras[static_cast<std::size_t>(i)].node;
+    options.lights = {scene.lights[static_cast<std::size_t>(i)].node};
+    const auto state = initialState(scene, options);
+    ASSERT_TRUE(state) << state.error().message;
+    EXPECT_EQ(state->camera.position, i == 0 ? kEye : -kEye);
+    EXPECT_EQ(state->lights[0].on, i == 0);
+    EXPECT_EQ(state->lights[1].on, i == 1);
+    EXPECT_FALSE(cameraWarning(scene, options));
+  }
+  scene.cameras[0].node = "B";
+  const auto warning = cameraWarning(scene, options);
+  ASSERT_TRUE(warning);
+  EXPECT_EQ(warning->find("--camera: \"B\" is the name of several cameras"), 0u) << *warning;
+}
+
 }  // namespace
 }  // namespace relume

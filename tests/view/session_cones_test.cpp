@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Cones through the voxels of a level without a bake, which OpenGL or the CPU lights: what surfaces mirror, and how
 // open their surroundings are, of the light, the cells and the places of the last frame.
+#include "tests/long_tests.h"
 #include "tests/view/session_fixture.h"
 
 #include <algorithm>
@@ -110,6 +111,7 @@ TEST_P(ConesByBackend, goWithTheirSwitch) {
 
 // Other voxels: a table elsewhere, more cells. Each is what a viewer that has never seen others shows.
 TEST_P(ConesByBackend, followObjectsAndCells) {
+  if (GetParam() == BackendKind::cpu && !longTests()) GTEST_SKIP() << "RELUME_LONG_TESTS=1 runs it";
   options_.live.backend = GetParam();
   options_.view = "occlusion";
   const auto lift = [&] {
@@ -164,6 +166,7 @@ TEST_P(ConesByBackend, comeToLightThatRests) {
 
 // Several volumes in one another: cones see the inner ones too, whoever lights them, and as the eye goes on.
 TEST_F(ConeSession, goThroughVolumesInOneAnother) {
+  if (!longTests()) GTEST_SKIP() << "RELUME_LONG_TESTS=1 runs it";
   options_.view = "occlusion";
   options_.live.cells = 12;
   show(24);
@@ -193,34 +196,34 @@ TEST_F(ConeSession, byTheCpusLightAgreeWithOpenGls) {
   options_.roughness = 0.3f;
   options_.exposure = -1.0f;
   options_.cones = true;
-  show(40);
+  show(24);
   const double mirrored = energy();
   ASSERT_GT(mirrored, 0.005);
   const auto brighten = [&](float factor) {
     for (ViewedLight& light : session_->state.lights) light.light.intensity *= factor;
   };
   brighten(3.0f);
-  settled(40);
+  settled(24);
   const double brighter = energy();
   EXPECT_NEAR(brighter, 3.0 * mirrored, 0.09 * mirrored);
   session_->state.mode = ViewMode::occlusion;
-  settled(24);
+  settled(12);
   const double open = energy();
   ASSERT_GT(open, 0.05);
 
   light(BackendKind::gl);
-  settled(41);
+  settled(25);
   EXPECT_NEAR(energy(), open, 0.01 * open);
   session_->state.mode = ViewMode::glossy;
   frame();
   EXPECT_TRUE(hasCones());
   EXPECT_NEAR(energy(), brighter, 0.03 * brighter);
   brighten(1.0f / 3.0f);
-  settled(40);
+  settled(24);
   EXPECT_NEAR(energy(), mirrored, 0.03 * mirrored);
   // And back.
   light(BackendKind::cpu);
-  settled(41);
+  settled(25);
   EXPECT_NEAR(energy(), mirrored, 0.01 * mirrored);
 }
 

@@ -126,7 +126,7 @@ TEST_F(EditSession, lightOfDrivenEmittersIsCorrectedAsTheyAreDriven) {
   for (int i = 0; i < 30; ++i) frame();
   const double dark = greenOf(links());
   drivePanel(kGreen, 0.0f);
-  for (int i = 0; i < 60; ++i) frame();
+  for (int i = 0; i < 32; ++i) frame();
   const std::vector<glm::vec3> shown = links(), expected = drawn(true, {{"panel", kGreen, 0, 0, {}}});
   EXPECT_LT(dark, 1e-3 * greenOf(shown));
   const auto byWindow = comparePictures({kWidth, kHeight, shown}, {kWidth, kHeight, expected}, 1.0f, "shown", "drawn");
@@ -140,11 +140,11 @@ TEST_F(EditSession, lightOfDrivenEmittersIsCorrectedAsTheyAreDriven) {
   files.driven = {{"panel", kGreen, 0, 0, {}}};
   session_->begin(std::move(files));
   ASSERT_TRUE(frames([&] { return !session_->job.has_value(); }));
-  for (int i = 0; i < 60; ++i) frame();
+  for (int i = 0; i < 32; ++i) frame();
   EXPECT_NEAR(greenOf(links()), greenOf(shown), 0.02 * greenOf(shown));
   // And again as the level has it: the factor alone counts.
   panel().isDriven = false;
-  for (int i = 0; i < 60; ++i) frame();
+  for (int i = 0; i < 32; ++i) frame();
   EXPECT_LT(greenOf(links()), 1e-3 * greenOf(shown));
 }
 

@@ -166,9 +166,9 @@ bool ShadowMaps::isAbout(const glm::vec3& eyeWorld) const {
 Status ShadowMaps::update(const GlLevel& level, std::span<const Light> lights, const std::vector<glm::mat4>* moved,
                           const glm::vec3* eyeWorld) {
   if (lights.size() > kMaxLights) {
-    return Error{ErrorCode::usage, std::to_string(lights.size()) +
-                                       " lights; the sample renderer draws shadows of at most " +
-                                       std::to_string(kMaxLights)};
+    return Error{ErrorCode::usage, std::to_string(lights.size()) + " lights are on, and at most " +
+                                       std::to_string(kMaxLights) +
+                                       " can be where shadow maps are drawn; choose them with --lights"};
   }
   // Place the maps of directional lights, which says how many there are
   const glm::mat4 mapFromClip = glm::scale(glm::translate(glm::mat4(1.0f), glm::vec3(0.5f)), glm::vec3(0.5f));

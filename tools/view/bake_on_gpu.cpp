@@ -17,10 +17,11 @@ Result<BakeVoxelsGl> voxelsOf(const Relighter& relighter, const GetProcAddress& 
 BakeOnGpu::BakeOnGpu(const LoadedLevel& level, std::uint32_t cells, BakeVoxelsGl voxels, GetProcAddress getProcAddress)
     : level_(&level),
       nodes_(movingNodes(level.scene, level.movable())),
+      cells_(cells),
       getProcAddress_(std::move(getProcAddress)),
       voxels_(std::move(voxels)),
       threads_(std::make_unique<WorkerThreads>(std::max(1u, std::thread::hardware_concurrency()))),
-      job_(level.scene, LiveLevelOptions{.cells = cells, .backend = BackendKind::gl}) {}
+      driven_(level) {}
 
 Result<std::unique_ptr<BakeOnGpu>> BakeOnGpu::create(const LoadedLevel& level, std::uint32_t cells,
                                                      const Relighter& relighter, const GetProcAddress& getProcAddress) {
@@ -36,6 +37,14 @@ Status BakeOnGpu::use(const Relighter& relighter) {
   return done();
 }
 
+// Voxels anew, of what emits now. Those before are lit until they are there.
+void BakeOnGpu::begin(const ViewState& state) {
+  job_.reset();
+  driven_.drive(state);
+  job_ = std::make_unique<LiveJob>(driven_.scene(), LiveLevelOptions{.cells = cells_, .backend = BackendKind::gl});
+  isComing_ = true;
+}
+
 Status BakeOnGpu::take(std::unique_ptr<VoxelVolume> volume) {
   // The threads of the job that has found it go on with the next.
   volume->useParallelFor(threads_->parallelFor());
@@ -49,16 +58,19 @@ Status BakeOnGpu::take(std::unique_ptr<VoxelVolume> volume) {
 }
 
 Status BakeOnGpu::update(const BakeFrame& frame, std::span<const glm::mat4> moved, const ShadowMaps& shadows) {
+  const bool waits = frame.state.liveStep > 0.0;
+  // While a colour is dragged, each that was begun with is found before the next.
+  if (!job_ || ((waits || !isComing_) && !driven_.isOf(frame.state))) begin(frame.state);
   LiveScene scene;
   if (std::ranges::any_of(moved, [](const glm::mat4& m) { return m != glm::mat4(1.0f); }))
     scene.toWorld = placedInstances(level_->scene, nodes_, moved);
   std::optional<Result<LitFrame>> found;
-  if (frame.waits) {
-    job_.followOnce(std::move(scene), 1.0, true);
-    found.emplace(job_.wait());
+  if (waits) {
+    job_->followOnce(std::move(scene), 1.0, true);
+    found.emplace(job_->wait());
   } else {
-    job_.follow(std::move(scene), true);
-    found = job_.take();
+    job_->follow(std::move(scene), true);
+    found = job_->take();
   }
   if (found) isComing_ = false;
   if (found && !*found) return found->error();
@@ -66,9 +78,10 @@ Status BakeOnGpu::update(const BakeFrame& frame, std::span<const glm::mat4> move
     if (Status ok = take(std::move((*found)->volumes.front().copy)); !ok) return ok;
   }
   if (!volume_) return done();
+  if (!isComing_ && driven_.isOf(frame.state)) emission_ = DrivenScene::factorOf(frame.state);
   shadows.setUniforms(voxels_.directProgram());
   shadows.bind();
-  if (Status ok = voxels_.light(*volume_, *surfels_, frame.inputs, frame.lights, frame.emissionScale); !ok) return ok;
+  if (Status ok = voxels_.light(*volume_, *surfels_, frame.inputs, frame.lights, glm::vec3(emission_)); !ok) return ok;
   ++number_;
   return done();
 }

@@ -11,11 +11,12 @@
 #include "tools/base/worker_threads.h"
 #include "tools/gl_scene/gl_level.h"
 #include "tools/gl_scene/shadow_maps.h"
+#include "tools/view/driven_scene.h"
 #include "tools/view/live_job.h"
 #include "tools/view/loaded_level.h"
+#include "tools/view/view_state.h"
 
 #include <glm/mat4x4.hpp>
-#include <glm/vec3.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -32,13 +33,12 @@ namespace relume {
 struct BakeFrame {
   GlResolveInputs inputs;  // of the GL relighter that the level is drawn with
   std::span<const Light> lights;
-  glm::vec3 emissionScale{1.0f};
-  bool waits = false;  // for the voxels, where they have not been found yet
+  const ViewState& state;  // what emits; whether to wait for voxels that have not been found yet
 };
 
 class BakeOnGpu {
  public:
-  // Begins to find the voxels of a level with a bake, which must outlive it. cells: as LiveLevelOptions has them.
+  // Of a level with a bake, which must outlive it. cells: as LiveLevelOptions has them.
   // relighter: the GL one that the level is drawn with. Errors of BakeVoxelsGl.
   static Result<std::unique_ptr<BakeOnGpu>> create(const LoadedLevel& level, std::uint32_t cells,
                                                    const Relighter& relighter, const GetProcAddress& getProcAddress);
@@ -46,11 +46,12 @@ class BakeOnGpu {
   // Another GL relighter of the bake, with all as it was where that is refused. Errors of BakeVoxelsGl.
   Status use(const Relighter& relighter);
 
-  // A frame. moved: as GlLevel::drawDynamic() has it. What was refused comes back once, and the light before it stays.
-  // Changes program, buffer and texture bindings that the viewer sets before each draw. Errors of LiveJob,
-  // SurfelVoxels and BakeVoxelsGl.
+  // A frame; with the first the voxels begin to be found, and anew where a driven emitter changes what they emit: those
+  // before are lit until then. moved: as GlLevel::drawDynamic() has it. What was refused comes back once, and the light
+  // before it stays. Changes program, buffer and texture bindings that the viewer sets before each draw. Errors of
+  // LiveJob, SurfelVoxels and BakeVoxelsGl.
   Status update(const BakeFrame& frame, std::span<const glm::mat4> moved, const ShadowMaps& shadows);
-  // Whether there are voxels, lit as of the last frame; while there are none, whether they may still come.
+  // Whether there are voxels, lit as of the last frame; whether others may still come.
   bool isLit() const { return number_ > 0; }
   bool isComing() const { return isComing_; }
   std::uint64_t number() const { return number_; }  // of the last frame, counted from 1
@@ -62,18 +63,22 @@ class BakeOnGpu {
 
  private:
   BakeOnGpu(const LoadedLevel& level, std::uint32_t cells, BakeVoxelsGl voxels, GetProcAddress getProcAddress);
+  void begin(const ViewState& state);
   Status take(std::unique_ptr<VoxelVolume> volume);
 
   const LoadedLevel* level_;
   std::vector<MovingNode> nodes_;
+  std::uint32_t cells_;
   GetProcAddress getProcAddress_;
   BakeVoxelsGl voxels_;
   std::unique_ptr<WorkerThreads> threads_;  // that find the surfels' voxels
   std::unique_ptr<VoxelVolume> volume_;
   std::optional<SurfelVoxels> surfels_;  // of volume_
+  float emission_ = 0.0f;                // factor on what volume_ emits
   bool isComing_ = true;
   std::uint64_t number_ = 0;
-  LiveJob job_;
+  DrivenScene driven_;            // that the job is of
+  std::unique_ptr<LiveJob> job_;  // null before the first frame
 };
 
 }  // namespace relume

@@ -8,29 +8,12 @@
 #include <algorithm>
 
 namespace relume {
-namespace {
-
-bool drivesAny(const ViewState& state) {
-  return std::ranges::any_of(state.emitters, [](const ViewedEmitter& each) { return each.isDriven; });
-}
-
-// What the materials emit, but for the factor on all of them where none is driven.
-std::vector<ShownEmission> emissionsOf(const LoadedLevel& level, const ViewState& state) {
-  const bool isDriven = drivesAny(state);
-  std::vector<ShownEmission> emissions;
-  for (std::uint32_t m = 0; m < level.materials.size(); ++m) {
-    const Material& own = level.materials[m];
-    emissions.push_back(isDriven ? shownEmission(level, state, m) : ShownEmission{own.emission, own.emissionTexture});
-  }
-  return emissions;
-}
-
-}  // namespace
 
 EditShading::EditShading(const LoadedLevel& level)
     : level_(&level),
       nodes_(movingNodes(level.scene, level.movable())),
-      longestSide_(longestSide(livePartOf(level.scene).value_or(boundsOf(level.scene)))) {}
+      longestSide_(longestSide(livePartOf(level.scene).value_or(boundsOf(level.scene)))),
+      driven_(level) {}
 
 bool EditShading::isEdited(const ViewState& state, std::size_t object) const {
   return state.objects[object].position != state.objects[object].home &&
@@ -54,7 +37,7 @@ Status EditShading::place(const ViewState& state) {
       const Instance& instance = level_->scene.instances[nodes_[k].firstInstance + i];
       const SceneBounds box = boundsOf(level_->scene, instance);
       if (box.empty) continue;
-      const float reach = isDrivable(litScene().material(instance)) ? levelReach : 0.0f;
+      const float reach = isDrivable(driven_.scene().material(instance)) ? levelReach : 0.0f;
       bounds.push_back({box.min, box.max, reach});
       bounds.push_back({box.min + by, box.max + by, reach});
     }
@@ -67,15 +50,8 @@ Status EditShading::place(const ViewState& state) {
   return done();
 }
 
-// Whether that is what the scene's materials emit.
-bool EditShading::emits(const std::vector<ShownEmission>& emissions) const {
-  return std::ranges::equal(litScene().materials, emissions, [](const Material& material, const ShownEmission& shown) {
-    return material.emission == shown.radiance && material.emissionTexture.image == shown.texture.image;
-  });
-}
-
 // Both lights anew. What they have found so far is shown until they have found something else.
-Status EditShading::begin(const LiveLevelOptions& options, const std::vector<ShownEmission>& emissions,
+Status EditShading::begin(const ViewState& state, const LiveLevelOptions& options,
                           const std::optional<glm::vec3>& eyeWorld) {
   before_.reset();
   after_.reset();
@@ -84,15 +60,9 @@ Status EditShading::begin(const LiveLevelOptions& options, const std::vector<Sho
     if (!fields) return fields.error();
     fields_.emplace(std::move(*fields));
   }
-  if (!emits(emissions)) {
-    if (!driven_) driven_ = std::make_unique<Scene>(level_->scene);
-    for (std::size_t m = 0; m < emissions.size(); ++m) {
-      driven_->materials[m].emission = emissions[m].radiance;
-      driven_->materials[m].emissionTexture = emissions[m].texture;
-    }
-  }
-  before_ = std::make_unique<LiveJob>(litScene(), options, eyeWorld);
-  after_ = std::make_unique<LiveJob>(litScene(), options, eyeWorld);
+  driven_.drive(state);
+  before_ = std::make_unique<LiveJob>(driven_.scene(), options, eyeWorld);
+  after_ = std::make_unique<LiveJob>(driven_.scene(), options, eyeWorld);
   options_ = options;
   for (const int i : {0, 1}) found_[i] = settled_[i] = false;
   return done();
@@ -118,14 +88,13 @@ Status EditShading::update(const ViewState& state, const std::vector<Light>& lig
   if (!state.relight && isLit()) return done();
   LiveLevelOptions options = state.live;
   options.backend = BackendKind::cpu;
-  const std::vector<ShownEmission> emissions = emissionsOf(*level_, state);
   const std::optional<glm::vec3> eyeWorld = steadyEye(options, longestSide_, state.camera.position);
   // While a colour is dragged, each that was begun with is found before the next.
   const bool isFree = state.liveStep > 0.0 || (found_[0] && found_[1]);
-  if (!before_ || !(options_ == options) || (isFree && !emits(emissions))) {
-    if (Status ok = begin(options, emissions, eyeWorld); !ok) return ok;
+  if (!before_ || !(options_ == options) || (isFree && !driven_.isOf(state))) {
+    if (Status ok = begin(state, options, eyeWorld); !ok) return ok;
   }
-  if (emits(emissions)) emission_ = drivesAny(state) ? 1.0f : state.emission;
+  if (driven_.isOf(state)) emission_ = DrivenScene::factorOf(state);
   LiveScene scene{lights, emission_, state.sky, state.bounceScale, state.bounces};
   scene.eyeWorld = eyeWorld;
   scene.toWorld = placedInstances(level_->scene, nodes_, movesOf(state));

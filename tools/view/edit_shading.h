@@ -3,14 +3,14 @@
 // now, each by a thread of its own, and where the difference counts (relume/edit_blend.h). Threads begin with the first
 // edit, and end when all is put back.
 //
-// Voxels have one factor for all that emits, which costs nothing to change. It does not scale driven emitters: where
-// there is one, a change of what any material emits has both levels voxelised anew, and the light before that stays
-// until then.
+// Where an emitter is driven, a change of what any material emits has both levels voxelised anew (driven_scene.h), and
+// the light before that stays until then.
 #pragma once
 
 #include "relume/result.h"
 #include "tools/gl_scene/edit_fields.h"
 #include "tools/gl_scene/gl_level.h"
+#include "tools/view/driven_scene.h"
 #include "tools/view/live_job.h"
 #include "tools/view/loaded_level.h"
 #include "tools/view/view_state.h"
@@ -44,10 +44,7 @@ class EditShading {
 
  private:
   bool isEdited(const ViewState& state, std::size_t object) const;
-  const Scene& litScene() const { return driven_ ? *driven_ : level_->scene; }
-  bool emits(const std::vector<ShownEmission>& emissions) const;
-  Status begin(const LiveLevelOptions& options, const std::vector<ShownEmission>& emissions,
-               const std::optional<glm::vec3>& eyeWorld);
+  Status begin(const ViewState& state, const LiveLevelOptions& options, const std::optional<glm::vec3>& eyeWorld);
   Status place(const ViewState& state);
   Status take(Result<LitFrame> found, bool isAfter);
 
@@ -55,8 +52,8 @@ class EditShading {
   std::vector<MovingNode> nodes_;
   float longestSide_ = 0.0f;  // [m] of the level
   std::optional<EditFields> fields_;
-  std::unique_ptr<Scene> driven_;  // that both lights are of; null = the level's own
-  float emission_ = 1.0f;          // factor on it
+  DrivenScene driven_;     // that both lights are of
+  float emission_ = 1.0f;  // factor on it
   std::unique_ptr<LiveJob> before_, after_;
   LiveLevelOptions options_;                                      // that they were begun with
   float voxel_ = 0.0f;                                            // [m] of their outermost volumes; 0 = not known yet

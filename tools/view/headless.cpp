@@ -7,6 +7,7 @@
 #include "tools/images/image_io.h"
 #include "tools/render/exposure.h"
 #include "tools/view/headless.h"
+#include "tools/view/light_set.h"
 #include "tools/view/viewer.h"
 
 #include <algorithm>
@@ -22,14 +23,18 @@ constexpr double kSecondsAFrame = 1.0 / 15.0;
 
 // Let one light orbit: the one that is named, else the first that is on and has a position.
 Status chooseMoving(ViewState& state, const std::string& name) {
+  bool isOff = false;
   for (ViewedLight& viewed : state.lights) {
-    const bool wanted = name.empty() ? viewed.on && viewed.light.kind != LightKind::directional : viewed.name == name;
+    const bool wanted = name.empty() ? viewed.light.kind != LightKind::directional : viewed.name == name;
     if (!wanted) continue;
+    isOff = !viewed.on;
+    if (isOff) continue;
     viewed.orbits = true;
     return done();
   }
   if (name.empty()) return done();
-  return Error{ErrorCode::usage, "--move: no light \"" + name + "\" in the scene"};
+  return Error{ErrorCode::usage, "--move: " + (isOff ? "\"" + name + "\" is off; --lights has to name it"
+                                                     : "no light \"" + name + "\" in the scene")};
 }
 
 std::filesystem::path framePath(const std::string& folder, std::uint32_t frame) {
@@ -134,6 +139,8 @@ Result<float> exposureOf(Viewer& viewer, const ViewState& state, const FrameTarg
 Status runHeadless(const LoadedLevel& level, const ViewerOptions& options) {
   auto state = initialState(level.scene, options);
   if (!state) return state.error();
+  if (const std::size_t off = limitLightsOn(state->lights); off > 0)
+    std::fprintf(stderr, "relume-view: warning: %s\n", switchedOffText(off).c_str());
   if (Status ok = chooseMoving(*state, options.moving); !ok) return ok;
   std::error_code failure;
   std::filesystem::create_directories(options.output, failure);

@@ -76,6 +76,10 @@ std::size_t limitLightsOn(std::span<ViewedLight> lights) {
   return switchedOff;
 }
 
+std::string switchedOffText(std::size_t lights) {
+  return countOfLights(lights) + " switched off: " + std::to_string(kMaxLightsOn) + " are on, and no more can be";
+}
+
 std::string freeName(const std::string& base, std::span<const ViewedLight> lights) {
   const auto taken = [&](const std::string& name) {
     return std::any_of(lights.begin(), lights.end(), [&](const ViewedLight& l) { return l.name == name; });

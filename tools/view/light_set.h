@@ -23,6 +23,7 @@ std::vector<SceneLight> sceneLightsOn(std::span<const ViewedLight> lights);
 
 // Switch off what is on beyond kMaxLightsOn. Returns how many that are.
 std::size_t limitLightsOn(std::span<ViewedLight> lights);
+std::string switchedOffText(std::size_t lights);  // that so many were
 
 // A new light of that kind before the camera: a white one that a room is lit well by, spots and suns aimed along the
 // view and down. It is on unless kMaxLightsOn are.

@@ -72,7 +72,8 @@ Result<ViewerOptions> parseViewerOptions(int argc, char** argv) {
   app.add_option("--camera", o.camera,
                  "camera to start from; default: the scene's first, or one that frames the level when it has none");
   app.add_option("--lights", o.lights,
-                 "lights that are on at the start, by their names or their nodes', separated by commas; \"emissive\", "
+                 "lights that are on at the start, by their nodes' names, or else their own, separated by commas; "
+                 "\"emissive\", "
                  "\"all\", \"none\"")
       ->delimiter(',')
       ->allow_extra_args(false)

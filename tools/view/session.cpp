@@ -85,9 +85,7 @@ void Session::cancelDrags() {
 
 // Lights that were on, and are not because too many would be.
 void Session::tellSwitchedOff(std::size_t lights) {
-  if (lights == 0) return;
-  say(Severity::warning,
-      countOfLights(lights) + " switched off: " + std::to_string(kMaxLightsOn) + " are on, and no more can be");
+  if (lights > 0) say(Severity::warning, switchedOffText(lights));
 }
 
 // Note what controls or a drag have changed, once it is over.

@@ -33,9 +33,7 @@ Status switchLights(const Scene& scene, const std::vector<std::string>& parts, V
   state.emission = isNamed(names, "all") || isNamed(names, "emissive") ? 1.0f : 0.0f;
   state.lights = lightsOf(scene, parts);
   for (const std::string& name : names) {
-    const bool known =
-        name == "all" || name == "none" || name == "emissive" ||
-        std::any_of(scene.lights.begin(), scene.lights.end(), [&](const SceneLight& l) { return isCalled(l, name); });
+    const bool known = name == "all" || name == "none" || name == "emissive" || !allCalled(scene.lights, name).empty();
     if (!known)
       return Error{ErrorCode::usage, "--lights: no light \"" + name + "\" in the scene; there are: " +
                                          namesForPeople(scene.lights) + ", and emissive, all, none"};
@@ -52,16 +50,8 @@ Status addFileLights(const std::string& path, ViewState& state) {
   return done();
 }
 
-// The camera that --camera names, else the first; null where there is none.
-const Camera* chosenCamera(const Scene& scene, const ViewerOptions& options) {
-  for (const Camera& c : scene.cameras) {
-    if (options.camera.empty() || isCalled(c, options.camera)) return &c;
-  }
-  return nullptr;
-}
-
 Result<FlyCamera> initialCamera(const Scene& scene, const ViewerOptions& options) {
-  if (const Camera* const camera = chosenCamera(scene, options)) return FlyCamera::from(*camera);
+  if (const Camera* const camera = cameraCalled(scene, options.camera).camera) return FlyCamera::from(*camera);
   if (!options.camera.empty())
     return Error{ErrorCode::usage, "--camera: no camera \"" + options.camera +
                                        "\" in the scene; there are: " + namesForPeople(scene.cameras)};
@@ -85,10 +75,11 @@ bool ViewedLight::operator==(const ViewedLight& other) const {
 std::vector<ViewedLight> lightsOf(const Scene& scene, const std::vector<std::string>& on) {
   const std::vector<std::string> names = lightNames(on, scene);
   std::vector<ViewedLight> lights;
-  for (const SceneLight& light : scene.lights) {
-    const bool isOn = isNamed(names, "all") ||
-                      std::any_of(names.begin(), names.end(), [&](const std::string& n) { return isCalled(light, n); });
-    lights.push_back({light.name, toRuntimeLight(light), isOn, false, light.positionWorld});
+  for (const SceneLight& light : scene.lights)
+    lights.push_back({light.name, toRuntimeLight(light), isNamed(names, "all"), false, light.positionWorld});
+  for (const std::string& name : names) {
+    for (const SceneLight* const light : allCalled(scene.lights, name))
+      lights[static_cast<std::size_t>(light - scene.lights.data())].on = true;
   }
   return lights;
 }
@@ -124,7 +115,8 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
   if (Status ok = addFileLights(options.lightsFile, state); !ok) return ok.error();
   state.objects = objectsOf(scene, options.isLive() || options.edit ? Movable::all : Movable::dynamic);
   if (!options.skyMap.empty()) {
-    auto map = readSkyMap(options.skyMap);
+    Context context;
+    auto map = readSkyMap(options.skyMap, context);
     if (!map) return map.error();
     state.sky.map = std::make_shared<const SkyMap>(std::move(*map));
     state.sky.rotationDeg = options.skyRotationDeg;
@@ -148,10 +140,13 @@ Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options)
 }
 
 std::optional<std::string> cameraWarning(const Scene& scene, const ViewerOptions& options) {
-  const Camera* const camera = chosenCamera(scene, options);
-  if (camera == nullptr || !camera->orthographic) return std::nullopt;
-  return "camera \"" + camera->name +
-         "\" is orthographic, and the viewer shows it in perspective; relume render draws it as it is";
+  const auto [camera, ambiguous] = cameraCalled(scene, options.camera);
+  if (camera == nullptr) return std::nullopt;
+  std::string text = ambiguous;
+  if (camera->orthographic)
+    text += (text.empty() ? "" : "; ") + ("camera \"" + camera->name) +
+            "\" is orthographic, and the viewer shows it in perspective; relume render draws it as it is";
+  return text.empty() ? std::nullopt : std::optional(std::move(text));
 }
 
 std::vector<glm::mat4> movesOf(const ViewState& state) {

@@ -129,7 +129,8 @@ struct ViewState {
 // does. usage: a camera or light the scene does not know.
 Result<ViewState> initialState(const Scene& scene, const ViewerOptions& options);
 
-// That the level's camera which it starts with is not shown as the level has it; nothing where it is.
+// That --camera is the name of several cameras, or that the one which it starts with is not shown as the level has it;
+// nothing where neither is so.
 std::optional<std::string> cameraWarning(const Scene& scene, const ViewerOptions& options);
 
 // The lights of a level; those that --lights names are on.

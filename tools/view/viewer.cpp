@@ -47,7 +47,8 @@ Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSiz
   options.visibilityGlsl = ShadowMaps::glsl();
   options.getProcAddress = getProcAddress;
   for (const ViewedEmitter& emitter : state.emitters) {
-    if (!emitter.image.empty()) options.drivenImages.push_back({emitter.name, emitter.width, emitter.height});
+    if (!emitter.image.empty() && findMaterial(bake.emitters, emitter.name))
+      options.drivenImages.push_back({emitter.name, emitter.width, emitter.height});
   }
   Viewer viewer(loaded, std::move(*level), std::move(*shadows));
   viewer.options_ = std::move(options);
@@ -57,7 +58,7 @@ Result<Viewer> Viewer::create(const LoadedLevel& loaded, std::uint32_t shadowSiz
     if (auto program = viewer.shading_.program(viewer.shownKind_, nullptr); !program) return program.error();
     viewer.live_.emplace(std::move(*live));
   } else {
-    auto parts = LevelParts::create(loaded.scene);
+    auto parts = LevelParts::create(loaded, state);
     if (!parts) return parts.error();
     viewer.parts_ = std::move(*parts);
     const std::vector<MovingNode> nodes = movingNodes(loaded.scene, loaded.movable());

@@ -22,6 +22,22 @@ Result<Relighter> makeRelighter(const Bake& bake, RelightOptions options, const 
   return relighter;
 }
 
+// What the state drives of the bake's materials; keepOthers: whether the rest shines as it did, or not at all.
+std::vector<MaterialEmission> emissionsOf(const Emitters& emitters, const ViewState& state, bool keepOthers) {
+  std::vector<MaterialEmission> list;
+  for (std::uint32_t m = 0; m < emitters.materials.size(); ++m) {
+    const auto driven = std::ranges::find_if(
+        state.emitters, [&](const ViewedEmitter& e) { return e.isDriven && e.name == emitters.materials[m].name; });
+    const bool isDriven = driven != state.emitters.end();
+    if (!isDriven && keepOthers) continue;
+    MaterialEmission& emission = list.emplace_back();
+    emission.material = m;
+    emission.radiance = isDriven ? driven->radiance : glm::vec3(0.0f);
+    if (isDriven) emission.image = driven->image;
+  }
+  return list;
+}
+
 }  // namespace
 
 Status Viewer::choose(const RelightChoice& choice) {
@@ -63,24 +79,22 @@ Status Viewer::relight(const ViewState& state, const std::vector<Light>& lights,
   if (const GLuint program = gl_->gl()->movingProgram(); program != 0) shadows_.setUniforms(program);
   shadows_.bind();
   LightSetup setup;
+  setup.emissionScale = glm::vec3(state.emission);
+  Status lit = done();
   if (state.movingParts) {
     std::vector<glm::mat4> dynamic;
     for (const std::size_t k : dynamic_) dynamic.push_back(moved[k]);
+    lit = parts_.emit(state);
     parts_.place(dynamic);
     parts_.addTo(setup);
   }
   setup.lights = lights;
-  setup.emissionScale = glm::vec3(state.emission);
-  std::vector<MaterialEmission> emissions;
-  for (const ViewedEmitter& emitter : state.emitters) {
-    const auto material = findMaterial(bake_->emitters, emitter.name);
-    if (!emitter.isDriven || !material) continue;
-    emissions.emplace_back();
-    emissions.back().material = *material;
-    emissions.back().radiance = emitter.radiance;
-    emissions.back().image = emitter.image;
-  }
+  // Where what moves shines alone, the bake's materials are dark one by one, or as a whole where it knows none.
+  const bool darkens = state.emission == 0.0f && setup.emissionScale != glm::vec3(0.0f);
+  const std::vector<MaterialEmission> emissions = emissionsOf(bake_->emitters, state, !darkens);
   setup.materialEmissions = emissions;
+  const std::vector<glm::vec3> darkness(darkens && emissions.empty() ? bake_->surfels.count() : 0, glm::vec3(0.0f));
+  setup.surfelEmission = darkness;
   setup.skyRadiance = state.sky.radiance;
   if (state.sky.map && patchesRotation_ != state.sky.rotationDeg) {
     skyPatches_ = skyPatchesOf(state.sky, bake_->hierarchy.skyDirection.span());
@@ -94,7 +108,7 @@ Status Viewer::relight(const ViewState& state, const std::vector<Light>& lights,
     if (Status ok = cpu_ ? cpu_->relight(setup, moved) : gl_->relight(setup); !ok) return ok;
   }
   if (cpu_) cpu_->upload(gl_->gl()->inputs());
-  return done();
+  return lit;
 }
 
 // The voxels of a level with a bake, for cones, once they have been found.
@@ -107,7 +121,7 @@ Status Viewer::lightVoxels(const ViewState& state, const std::vector<Light>& lig
   }
   const GlResolveInputs inputs = gl_->gl()->inputs();
   if (cpu_) cpu_->uploadNodes(inputs);
-  return voxels_->update({inputs, lights, glm::vec3(state.emission), state.liveStep > 0.0}, moved, shadows_);
+  return voxels_->update({inputs, lights, state}, moved, shadows_);
 }
 
 // What cones find for the view.
