@@ -407,6 +407,34 @@ TEST(LightSurfels, kernelsGiveTheIrradianceOfEveryLight) {
   }
 }
 
+// The solid angle of a disc over its area, by a sum over its rings.
+double discMean(float height, float across) {
+  constexpr int kRings = 200, kTurns = 200;
+  double sum = 0.0, weights = 0.0;
+  for (int ring = 0; ring < kRings; ++ring) {
+    const double r = (ring + 0.5) / kRings;
+    for (int turn = 0; turn < kTurns; ++turn) {
+      const double angle = 2.0 * kPi * (turn + 0.5) / kTurns, h = static_cast<double>(height);
+      const double x = r * std::cos(angle) - static_cast<double>(across), y = r * std::sin(angle);
+      sum += r * h / std::pow(x * x + y * y + h * h, 1.5);
+      weights += r;
+    }
+  }
+  return sum / weights;
+}
+
+TEST(DirectLight, aDiscGetsItsMean) {
+  for (const float height : {0.1f, 0.3f, 1.0f, 2.0f, 4.0f}) {
+    for (const float across : {0.0f, 0.3f, 0.6f, 0.9f, 1.1f, 1.5f, 2.0f, 3.0f, 5.0f}) {
+      const Light light{
+          .kind = LightKind::point, .intensity = glm::vec3(1.0f), .positionWorld = {across, height, 0.0f}};
+      const double mean = discMean(height, across), within = across == 0.0f ? 0.002 : 0.14;
+      EXPECT_NEAR(directIrradiance(light, glm::vec3(0.0f), {0, 1, 0}, 1.0f).x, mean, within * mean)
+          << height << ", " << across;
+    }
+  }
+}
+
 // A plane of surfels gets half of what a light before it sends, in the mean over where before them that is, however
 // near, and no surfel more than that.
 TEST(DirectLight, aPlaneOfDiscsGetsHalfOfALightsFluxHoweverNearThatIs) {
