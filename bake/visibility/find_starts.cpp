@@ -20,6 +20,9 @@ constexpr std::uint32_t kStartStage = 0x66726565;  // the random streams' stage
 constexpr std::size_t kCandidates = 1u << 14;      // random points tried
 constexpr std::uint32_t kProbes = 16;              // rays per candidate
 constexpr float kMaxBackShare = 0.25f;             // largest share of backs among a free point's hits
+constexpr std::uint32_t kVolumeProbes = 64;        // points of a play volume
+constexpr std::size_t kHiddenProbes = 32;          // rays of isHidden()
+constexpr std::size_t kMostOthers = 2;             // of them that hit no back, or nothing, at a hidden point
 constexpr float kMargin = 0.5f;  // of the level's size, added on all sides: a level may be seen from outside
 // Of a level's second size: with a third of less, it is flat, or thin.
 constexpr float kFlat = 1e-4f, kThin = 1e-2f;
@@ -40,6 +43,12 @@ bool isFree(const RayTracer& tracer, const glm::vec3& p, RandomStream& random) {
     ++((hit.back && !sheet) || inGap ? backs : fronts);
   }
   return fronts > 0 && static_cast<float>(backs) <= kMaxBackShare * static_cast<float>(fronts + backs);
+}
+
+glm::vec3 pointIn(const PlayVolume& volume, RandomStream& random) {
+  const glm::vec2 xy = random.uniform2();
+  const glm::vec4 inVolume(xy - 0.5f, random.uniform() - 0.5f, 1.0f);
+  return glm::vec3(volume.toWorld * inVolume);
 }
 
 Start fromCamera(const Camera& camera, RandomStream& random) {
@@ -93,8 +102,45 @@ std::vector<glm::vec3> findFreePoints(const RayTracer& tracer, std::uint64_t see
   return free;
 }
 
+bool isHidden(const RayTracer& tracer, const glm::vec3& point) {
+  constexpr std::size_t kPacket = 8;
+  constexpr float kGoldenSection = 0.618033989f;
+  std::array<Ray, kPacket> rays;
+  std::array<Hit, kPacket> hits;
+  std::size_t others = 0;
+  for (std::size_t first = 0; first < kHiddenProbes && others <= kMostOthers; first += kPacket) {
+    for (std::size_t k = 0; k < kPacket; ++k) {
+      // Each packet goes around the point: one step of the spiral in so many is in it.
+      const std::size_t step = k * (kHiddenProbes / kPacket) + first / kPacket;
+      const float turn = kGoldenSection * static_cast<float>(step);
+      const glm::vec2 u((static_cast<float>(step) + 0.5f) / float{kHiddenProbes}, turn - std::floor(turn));
+      rays[k] = {point, 0.0f, uniformDirection(u)};
+    }
+    tracer.trace(rays, hits);
+    for (const Hit& hit : hits) {
+      const Scene& scene = tracer.scene();
+      if (!hit || !hit.back || !scene.bothSides(scene.instances[hit.instance], hit.triangle)) ++others;
+    }
+  }
+  return others <= kMostOthers;
+}
+
 StartSources::StartSources(const Scene& scene) : volumes(scene.volumes) {
   for (const std::uint32_t i : scene.playSpaceCameras()) cameras.push_back(scene.cameras[i]);
+}
+
+void StartSources::findHidden(const RayTracer& tracer, std::uint64_t seed, Context& context) {
+  leavesOutHidden.assign(volumes.size(), 0);
+  const std::vector<Material>& materials = tracer.scene().materials;
+  if (std::none_of(materials.begin(), materials.end(), [](const Material& m) { return m.doubleSided; })) return;
+  parallelChunks(context, "", volumes.size(), 1, [&](std::size_t v, std::size_t) {
+    std::uint32_t hidden = 0;
+    for (std::uint32_t i = 0; i < kVolumeProbes; ++i) {
+      RandomStream random(seed, kStartStage + 1, i);
+      hidden += isHidden(tracer, pointIn(volumes[v], random)) ? 1 : 0;
+    }
+    leavesOutHidden[v] = 2 * hidden < kVolumeProbes ? 1 : 0;
+  });
 }
 
 Start drawStart(const StartSources& sources, RandomStream& random) {
@@ -105,9 +151,10 @@ Start drawStart(const StartSources& sources, RandomStream& random) {
   const auto cameras = static_cast<std::uint32_t>(sources.cameras.size());
   const std::uint32_t pick = random.below(cameras + static_cast<std::uint32_t>(sources.volumes.size()));
   if (pick < cameras) return fromCamera(sources.cameras[pick], random);
-  const glm::vec2 xy = random.uniform2();
-  const glm::vec4 inVolume(xy - 0.5f, random.uniform() - 0.5f, 1.0f);
-  return {glm::vec3(sources.volumes[pick - cameras].toWorld * inVolume), uniformDirection(random.uniform2()), false};
+  const std::uint32_t v = pick - cameras;
+  const glm::vec3 p = pointIn(sources.volumes[v], random);
+  const bool mayBeHidden = !sources.leavesOutHidden.empty() && sources.leavesOutHidden[v] != 0;
+  return {p, uniformDirection(random.uniform2()), false, mayBeHidden};
 }
 
 }  // namespace relume

@@ -292,6 +292,7 @@ Result<PlaySpace> findPlaySpace(const RayTracer& tracer, const PlaySpaceOptions&
 
   // Find where receivers can be.
   StartSources sources(scene);
+  sources.findHidden(tracer, seed, context);
   const char* from = sources.volumes.empty() ? "cameras" : "play volumes";
   FirstLook look;
   if (!sources.empty()) look = lookAround(tracer, seed, sources);

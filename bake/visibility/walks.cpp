@@ -25,8 +25,9 @@ struct Walker {
   glm::vec3 air{0.0f};     // [m] the last point in free space
   glm::vec3 origin{0.0f};  // [m]
   glm::vec3 direction{0.0f};
-  bool inAir = true;  // the origin is a point in free space, not on a surface
-  bool known = true;  // see Start
+  bool inAir = true;         // the origin is a point in free space, not on a surface
+  bool known = true;         // see Start
+  bool mayBeHidden = false;  // see Start
   bool ended = false;
 };
 
@@ -65,7 +66,9 @@ void advance(const RayTracer& tracer, const Counts& counts, const Hit& hit, Walk
     return;
   }
   const Instance& instance = scene.instances[hit.instance];
-  if (!w.known && hit.back && !scene.bothSides(instance, hit.triangle)) {
+  // A walk that is not known to be in free space has not left its start.
+  if (!w.known && hit.back &&
+      (!scene.bothSides(instance, hit.triangle) || (w.mayBeHidden && isHidden(tracer, w.origin)))) {
     w.ended = true;
     return;
   }
@@ -118,6 +121,7 @@ void walkRound(const RayTracer& tracer, const PlaySpaceOptions& options, std::ui
       w.origin = w.air = start.position;
       w.direction = start.direction;
       w.known = start.known;
+      w.mayBeHidden = start.mayBeHidden;
     }
 
     // Step all walkers of the chunk together, so that rays are traced in packets.

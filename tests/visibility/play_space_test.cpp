@@ -90,6 +90,34 @@ TEST(PlaySpace, aVolumeIsAStartToo) {
             1e-3 * room);
 }
 
+// A box whose lid leaves a slit, of a material that shows both sides: what is within is seen through the slit alone,
+// not from starts of the volume in it. A volume that has its place there sees it.
+TEST(PlaySpace, theInsideOfAnOpenShellIsNoPlaceToStart) {
+  Scene scene;
+  addInstance(scene, box({0, 0, 0}, {4, 3, 4}, true));
+  const std::uint32_t twoSided = addMaterial(scene, glm::vec3(0.5f));
+  scene.materials[twoSided].doubleSided = true;
+  Mesh shell = box({1, 1, 1}, {2, 2, 2}, false, twoSided);
+  for (const std::uint32_t v : {2u, 3u}) shell.position.push_back(shell.position[v] + glm::vec3(0, 0, 0.01f));
+  for (glm::uvec3& t : shell.triangle) {
+    if (t == glm::uvec3(2, 6, 7)) t = {8, 6, 7};
+    if (t == glm::uvec3(2, 7, 3)) t = {8, 7, 9};
+  }
+  addInstance(scene, shell);
+  finish(scene);
+  const auto volume = [](glm::vec3 middle, glm::vec3 size) {
+    return PlayVolume{"volume", glm::scale(glm::translate(glm::mat4(1), middle), size)};
+  };
+  scene.volumes = {volume({2, 1.5f, 2}, {3.9f, 2.9f, 3.9f})};
+  const double area = 6.0;
+  PlaySpace space = spaceOf(tracerOf(scene), walks(100000));
+  EXPECT_GT(seenOf(scene, space, 1, false), 0.9 * area);
+  EXPECT_LT(seenOf(scene, space, 1, true), 0.1 * area);
+  scene.volumes.push_back(volume({1.5f, 1.5f, 1.5f}, {0.9f, 0.9f, 0.9f}));
+  space = spaceOf(tracerOf(scene), walks(100000));
+  EXPECT_GT(seenOf(scene, space, 1, true), 0.9 * area);
+}
+
 TEST(PlaySpace, aCameraBesideAVolumeOnlyLooks) {
   Scene scene = twoRooms();  // the camera is in the first room
   scene.volumes.push_back({"volume", glm::scale(glm::translate(glm::mat4(1), {7, 1.5f, 2}), {2, 2, 2})});
