@@ -25,6 +25,8 @@ int takeElement(std::string_view& pointer, std::string_view list) {
   return index;
 }
 
+bool isPlace(std::string_view path) { return path == "translation" || path == "rotation" || path == "scale"; }
+
 void addPointer(std::string_view pointer, Animated& out) {
   const int node = takeElement(pointer, "/nodes/"), mesh = node >= 0 ? -1 : takeElement(pointer, "/meshes/");
   if (pointer == "/weights" || pointer.starts_with("/weights/")) {
@@ -32,15 +34,19 @@ void addPointer(std::string_view pointer, Animated& out) {
     if (mesh >= 0) out.weightsOfMeshes.insert(mesh);
   }
   if (node >= 0 && pointer == "/extensions/KHR_node_visibility/visible") out.visibilityOfNodes.insert(node);
+  if (node >= 0 && pointer.starts_with('/') && isPlace(pointer.substr(1))) out.placesOfNodes.insert(node);
 }
 
 void addChannel(const json& channel, Animated& out) {
   const json::json_pointer path("/target/path"), node("/target/node"),
       pointer("/target/extensions/KHR_animation_pointer/pointer");
   if (!channel.is_object()) return;
-  if (channel.contains(path) && channel[path] == "weights" && channel.contains(node) &&
-      channel[node].is_number_integer())
-    out.weightsOfNodes.insert(channel[node].get<int>());
+  if (channel.contains(path) && channel[path].is_string() && channel.contains(node) &&
+      channel[node].is_number_integer()) {
+    const auto& what = channel[path].get_ref<const std::string&>();
+    if (what == "weights") out.weightsOfNodes.insert(channel[node].get<int>());
+    if (isPlace(what)) out.placesOfNodes.insert(channel[node].get<int>());
+  }
   if (channel.contains(pointer) && channel[pointer].is_string())
     addPointer(channel[pointer].get_ref<const std::string&>(), out);
 }

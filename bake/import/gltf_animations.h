@@ -11,6 +11,7 @@ namespace relume {
 struct Animated {
   std::set<int> weightsOfNodes, weightsOfMeshes;  // morph weights
   std::set<int> visibilityOfNodes;                // KHR_node_visibility
+  std::set<int> placesOfNodes;                    // translation, rotation or scale
 };
 
 // What is no animation is passed over.

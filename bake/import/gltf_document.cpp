@@ -24,7 +24,7 @@ namespace {
 using nlohmann::json;
 
 // What extensionsRequired may name: what is read, and what has no part in diffuse transport.
-constexpr std::array<std::string_view, 24> kKnownExtensions = {"KHR_lights_punctual",
+constexpr std::array<std::string_view, 25> kKnownExtensions = {"KHR_lights_punctual",
                                                                "KHR_texture_transform",
                                                                "KHR_mesh_quantization",
                                                                "KHR_materials_emissive_strength",
@@ -36,6 +36,7 @@ constexpr std::array<std::string_view, 24> kKnownExtensions = {"KHR_lights_punct
                                                                kDracoExtension,
                                                                "KHR_materials_anisotropy",
                                                                "KHR_materials_clearcoat",
+                                                               "KHR_materials_diffuse_transmission",
                                                                "KHR_materials_dispersion",
                                                                "KHR_materials_ior",
                                                                "KHR_materials_iridescence",

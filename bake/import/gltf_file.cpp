@@ -96,11 +96,28 @@ std::optional<std::vector<std::uint8_t>> base64Decode(std::string_view text) {
   return out;
 }
 
+// Whether two texts are the same but for the case of their letters; `small` has none of another case.
+bool isSame(std::string_view text, std::string_view small) {
+  return std::equal(text.begin(), text.end(), small.begin(), small.end(),
+                    [](char a, char b) { return (a >= 'A' && a <= 'Z' ? a - 'A' + 'a' : a) == b; });
+}
+
+constexpr std::string_view kDataScheme = "data:";
+
 Result<std::vector<std::uint8_t>> readDataUri(std::string_view uri, const std::string& where) {
+  constexpr std::string_view kEncoding = ";base64";
   const std::size_t comma = uri.find(',');
-  if (comma == std::string_view::npos || !uri.substr(0, comma).ends_with(";base64"))
+  const std::string_view head = uri.substr(0, comma);
+  if (comma == std::string_view::npos || head.size() < kEncoding.size() ||
+      !isSame(head.substr(head.size() - kEncoding.size()), kEncoding))
     return invalid(where, "data URI that is not base64");
-  const std::string_view text = uri.substr(comma + 1);
+  std::string_view text = uri.substr(comma + 1);
+  std::optional<std::string> decoded;
+  if (text.find('%') != std::string_view::npos) {
+    decoded = percentDecode(text);
+    if (!decoded) return invalid(where, "data URI with a malformed % in its base64");
+    text = *decoded;
+  }
   auto bytes = base64Decode(text);
   if (bytes) return std::move(*bytes);
   // Encoders for mail break lines.
@@ -118,6 +135,7 @@ struct FileInside {
 
 // The file a relative URI names, which must stay inside the folder, links followed.
 Result<FileInside> resolveInside(const std::string& uri, const fs::path& folder, const std::string& where) {
+  const char* const remedy = "put the file into it, or export the level as one .glb";
   const std::string quoted = "'" + uri.substr(0, 200) + "'";
   const std::optional<std::string> name = percentDecode(uri);
   if (!name || name->empty() || name->find('\0') != std::string::npos) return invalid(where, "malformed URI " + quoted);
@@ -127,7 +145,7 @@ Result<FileInside> resolveInside(const std::string& uri, const fs::path& folder,
     return invalid(where, "URI " + quoted + " has a backslash; expected / between folder and file");
   const fs::path relative = fs::path(*name).lexically_normal();  // as URIs are resolved: a/../b is b, whatever a is
   if (relative.is_absolute() || *relative.begin() == "..")
-    return invalid(where, "URI " + quoted + " leaves the scene's folder");
+    return invalid(where, "URI " + quoted + " leaves the scene's folder; " + remedy);
 
   std::error_code ec;
   const fs::path root = fs::canonical(folder, ec);
@@ -135,7 +153,7 @@ Result<FileInside> resolveInside(const std::string& uri, const fs::path& folder,
   const fs::path file = fs::canonical(root / relative, ec);
   if (ec) return Error{ErrorCode::io, where + ": " + quoted + " not found beside the scene (" + ec.message() + ")"};
   if (std::mismatch(root.begin(), root.end(), file.begin(), file.end()).first != root.end())
-    return invalid(where, "URI " + quoted + " is a link that leaves the scene's folder");
+    return invalid(where, "URI " + quoted + " is a link that leaves the scene's folder; " + remedy);
   const auto asNamed = [&](const fs::path& inside) { return folder == "." ? inside : folder / inside; };
   FileInside found{file, {asNamed(relative)}};
   if (file != (root / relative).lexically_normal()) found.asNamed.push_back(asNamed(file.lexically_relative(root)));
@@ -236,7 +254,7 @@ Result<GltfContainer> splitContainer(std::vector<std::uint8_t> bytes, const std:
 
 Result<FileSlice> readUri(const std::string& uri, const fs::path& folder, const std::string& where,
                           std::vector<fs::path>& filesRead, ByteRange range) {
-  if (uri.starts_with("data:")) {
+  if (isSame(std::string_view(uri).substr(0, kDataScheme.size()), kDataScheme)) {
     Result<std::vector<std::uint8_t>> bytes = readDataUri(uri, where);
     if (!bytes) return bytes.error();
     const std::uint64_t size = bytes->size();

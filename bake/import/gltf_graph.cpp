@@ -2,6 +2,8 @@
 // See gltf_graph.h.
 #include "bake/import/gltf_graph.h"
 
+#include "relume/bake/context.h"
+
 #include <algorithm>
 #include <cstdint>
 
@@ -79,6 +81,17 @@ Result<std::vector<int>> findRoots(const GltfDocument& document) {
       return document.invalid(jsonPath("scenes", index), nodePath(document, node) + " is listed twice");
   }
   return out;
+}
+
+void tellScene(const GltfDocument& document, Context& context) {
+  const auto& scenes = document.model.scenes;
+  if (scenes.size() < 2) return;
+  const int read = std::max(document.model.defaultScene, 0);
+  const std::string& name = scenes[static_cast<std::size_t>(read)].name;
+  context.message(Severity::info,
+                  document.at(jsonPath("scenes", read) + (name.empty() ? "" : " '" + name + "'") +
+                              " is read, and the others are left out: " + std::to_string(scenes.size() - 1) +
+                              "; the file's \"scene\" says which it is"));
 }
 
 }  // namespace relume

@@ -25,4 +25,7 @@ Result<std::vector<SceneNode>> readForest(const GltfDocument& document);
 // not exist, or a node that is listed twice.
 Result<std::vector<int>> findRoots(const GltfDocument& document);
 
+// Says which of several scenes those are of, after findRoots() has found them.
+void tellScene(const GltfDocument& document, Context& context);
+
 }  // namespace relume

@@ -64,6 +64,7 @@ class MeshImporter {
                         Mesh& mesh, std::vector<std::uint32_t>& indices);
   Status fillMesh(const std::map<std::string, const AccessorValues*>& attributes, const UvSets& sets,
                   const std::vector<std::uint32_t>& used, const std::string& where, Mesh& mesh);
+  void warnOfMissing(const std::string& name, std::size_t set, const std::string& where, const Mesh& mesh);
   void addTangents(const std::string& where, Mesh& mesh);
   Status reserveMesh(const std::map<std::string, const AccessorValues*>& attributes, std::size_t vertices,
                      std::size_t triangles);
@@ -83,6 +84,9 @@ class MeshImporter {
   std::vector<glm::vec4> tangents_;             // scratch: TANGENT of the primitive's vertices, empty where it has none
   std::map<std::string, AccessorValues> bent_;  // scratch: attributes of the primitive that morph targets move
 };
+
+// A light by its number, which exists; its place is the node's. invalidFile: values out of range.
+Result<SceneLight> readLight(const GltfDocument& document, int index);
 
 // Which unit the intensities of the file's punctual lights have, by `asked`, the file's extras or what their sizes
 // suggest; makes scene.lights radiometric. invalidFile: extras that name no unit.

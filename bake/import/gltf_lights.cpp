@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The unit of the punctual lights. KHR_lights_punctual says candela and lux, and Blender's exporter writes them by
-// default (its watts, or watts by 4 pi sr, times 683 lm/W); levels made for Relume have W/sr and W/m². Nothing in a
-// file tells the two apart but the sizes of its numbers.
+// KHR_lights_punctual, and the unit of its lights. KHR_lights_punctual says candela and lux, and Blender's exporter
+// writes them by default (its watts, or watts by 4 pi sr, times 683 lm/W); levels made for Relume have W/sr and W/m².
+// Nothing in a file tells the two apart but the sizes of its numbers.
 #include "bake/base/printed.h"
 #include "bake/import/gltf_import.h"
+#include "formats/decimal.h"
+#include "formats/limits.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 namespace relume {
@@ -78,6 +81,37 @@ std::string warningOf(const SceneLight& light, bool fromBlender) {
 }
 
 }  // namespace
+
+Result<SceneLight> readLight(const GltfDocument& document, int index) {
+  const tinygltf::Light& source = document.model.lights[static_cast<std::size_t>(index)];
+  const std::string path = jsonPath("lights", index) + (source.name.empty() ? "" : " '" + source.name + "'");
+  SceneLight light;
+  light.name = source.name;
+  if (source.type == "directional") {
+    light.kind = LightKind::directional;
+  } else if (source.type == "spot") {
+    light.kind = LightKind::spot;
+  } else if (source.type != "point") {
+    return document.invalid(path, "type '" + source.type + "'; expected directional, point or spot");
+  }
+  for (int i = 0; i < 3; ++i) {
+    const double color = source.color.size() == 3 ? source.color[static_cast<std::size_t>(i)] : 1.0;
+    light.intensity[i] = static_cast<float>(color * source.intensity);
+    if (!(light.intensity[i] >= 0.0f) || !std::isfinite(light.intensity[i]))
+      return document.invalid(path, "intensity or colour is negative or not finite");
+  }
+  light.range = static_cast<float>(source.range);
+  light.innerConeRad = static_cast<float>(source.spot.innerConeAngle);
+  light.outerConeRad = static_cast<float>(source.spot.outerConeAngle);
+  if (!(light.range >= 0.0f)) return document.invalid(path, "range is negative");
+  if (light.range >= kMaxCoordinate) light.range = 0.0f;  // farther than any surface: no limit
+  const bool cone = light.innerConeRad >= 0.0f && light.innerConeRad <= light.outerConeRad &&
+                    light.outerConeRad > 0.0f && light.outerConeRad <= 1.5707964f;
+  if (light.kind == LightKind::spot && !cone)
+    return document.invalid(path, "cone angles " + decimal(light.innerConeRad) + " and " + decimal(light.outerConeRad) +
+                                      "; expected 0 <= inner <= outer <= pi / 2");
+  return light;
+}
 
 Status convertLights(const GltfDocument& document, std::optional<LightUnit> asked, Scene& scene, Context& context) {
   const auto stated = statedUnit(document);

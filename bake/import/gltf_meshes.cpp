@@ -114,8 +114,12 @@ Status MeshImporter::fillMesh(const std::map<std::string, const AccessorValues*>
   }
   std::size_t broken = 0;
   for (std::size_t set = 0; set < sets.size(); ++set) {
-    const AccessorValues* uvs = find("TEXCOORD_" + std::to_string(sets[set]));
-    if (!uvs) continue;
+    const std::string name = "TEXCOORD_" + std::to_string(sets[set]);
+    const AccessorValues* uvs = find(name);
+    if (!uvs) {
+      warnOfMissing(name, set, where, mesh);
+      continue;
+    }
     for (const std::uint32_t v : used) {
       const glm::vec2 uv(uvs->values[2 * static_cast<std::size_t>(v)],
                          uvs->values[2 * static_cast<std::size_t>(v) + 1]);
@@ -130,6 +134,21 @@ Status MeshImporter::fillMesh(const std::map<std::string, const AccessorValues*>
                  " texture coordinates are not finite or beyond 1e7 and read as 0; unwrap the mesh again, or export it "
                  "anew");
   return done();
+}
+
+// Say which textures read a set that the mesh does not have.
+void MeshImporter::warnOfMissing(const std::string& name, std::size_t set, const std::string& where, const Mesh& mesh) {
+  if (mesh.material == kNone) return;
+  const Material& material = scene_.materials[mesh.material];
+  const auto warn = [&](const TextureRef& texture, std::string_view what) {
+    if (texture.image == kNone || texture.texcoord != set) return;
+    tellOnce(Severity::warning, what, where,
+             "has no " + name + ", by which its " + std::string(what) +
+                 " texture lies, so that all of it looks as the texture does at (0, 0); unwrap the mesh, or take the "
+                 "texture off the material");
+  };
+  warn(material.albedoTexture, "base colour");
+  warn(material.emissionTexture, "emissive");
 }
 
 // Ask the memory budget for a mesh of so many vertices in use; for small ones together.

@@ -7,9 +7,6 @@
 #include "bake/import/gltf_graph.h"
 #include "bake/import/gltf_import.h"
 #include "bake/scene/unit_vector.h"
-#include "formats/limits.h"
-
-#include "formats/decimal.h"
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
@@ -45,6 +42,7 @@ struct Visit {
   bool playSpace = true;
   bool hidden = false;           // by KHR_node_visibility, of the node or of one above
   int shownAndHidden = kNoNode;  // the nearest node, this or one above, whose visibility an animation moves
+  int moved = kNoNode;           // the nearest node, this or one above, that an animation moves
 };
 
 class NodeImporter {
@@ -64,9 +62,10 @@ class NodeImporter {
   Status addCamera(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld, const std::string& where);
   Status addLight(const tinygltf::Node& node, const Visit& at, const glm::dmat4& toWorld, const std::string& where);
   void warnOfMorph(const Visit& at, const tinygltf::Node& node, const std::string& where);
-  void readVisibility(const tinygltf::Node& node, Visit& at) const;
+  void readAnimated(const tinygltf::Node& node, Visit& at) const;
   void warnOfShowing(const Visit& at);
   void tellHidden() const;
+  void warnOfMoved() const;
   std::string instanceName(int node);
 
   const GltfDocument& document_;
@@ -80,6 +79,9 @@ class NodeImporter {
   std::set<int> showingTold_;
   std::size_t hidden_ = 0;  // nodes that a mesh or light was left out of
   int firstHidden_ = kNoNode;
+  std::set<int> moved_;  // nodes with baked meshes that animations move
+  int firstMoved_ = kNoNode;
+  std::set<std::uint32_t> movedCameras_;  // in Scene::cameras
 };
 
 bool finite(const glm::dmat4& m) {
@@ -237,7 +239,14 @@ Result<std::vector<glm::dmat4>> NodeImporter::gpuInstances(const tinygltf::Node&
                                          " values, the attribute before " + std::to_string(*count));
     count = part[i]->count;
   }
-  if (!count) return document_.invalid(path, "has none of TRANSLATION, ROTATION, SCALE");
+  // Attributes of the game's own say how many there are, too.
+  if (const std::vector<std::string> own = attributes.Keys(); !count && !own.empty()) {
+    const std::string& name = own.front();
+    const auto values = meshes_.reader().floats(indexOr(attributes, name.c_str(), -1), 1, 4, path + "." + name);
+    if (!values) return values.error();
+    count = (*values)->count;
+  }
+  if (!count) return document_.invalid(path, "has no attributes, which say how many instances there are");
   if (Status status = checkRoom(*count, path); !status) return status.error();
 
   std::vector<glm::dmat4> out(*count, glm::dmat4(1.0));
@@ -325,36 +334,12 @@ Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const
     return document_.invalid(where,
                              jsonPath("lights", index) + " does not exist, there are " + std::to_string(lights.size()));
   if (!finite(toWorld)) return document_.invalid(where, "its transform to the world is not finite");
-  const tinygltf::Light& source = lights[static_cast<std::size_t>(index)];
-  const std::string path = jsonPath("lights", index) + (source.name.empty() ? "" : " '" + source.name + "'");
-  SceneLight light;
-  light.name = source.name.empty() ? nodeName(document_, at.node) : source.name;
+  Result<SceneLight> read = readLight(document_, index);
+  if (!read) return read.error();
+  SceneLight& light = *read;
+  if (light.name.empty()) light.name = nodeName(document_, at.node);
   light.node = node.name;
   light.nodeIndex = static_cast<std::uint32_t>(at.node);
-  if (source.type == "directional") {
-    light.kind = LightKind::directional;
-  } else if (source.type == "spot") {
-    light.kind = LightKind::spot;
-  } else if (source.type != "point") {
-    return document_.invalid(path, "type '" + source.type + "'; expected directional, point or spot");
-  }
-  for (int i = 0; i < 3; ++i) {
-    const double color = source.color.size() == 3 ? source.color[static_cast<std::size_t>(i)] : 1.0;
-    light.intensity[i] = static_cast<float>(color * source.intensity);
-    if (!(light.intensity[i] >= 0.0f) || !std::isfinite(light.intensity[i]))
-      return document_.invalid(path, "intensity or colour is negative or not finite");
-  }
-  light.range = static_cast<float>(source.range);
-  light.innerConeRad = static_cast<float>(source.spot.innerConeAngle);
-  light.outerConeRad = static_cast<float>(source.spot.outerConeAngle);
-  if (!(light.range >= 0.0f)) return document_.invalid(path, "range is negative");
-  if (light.range >= kMaxCoordinate) light.range = 0.0f;  // farther than any surface: no limit
-  const bool cone = light.innerConeRad >= 0.0f && light.innerConeRad <= light.outerConeRad &&
-                    light.outerConeRad > 0.0f && light.outerConeRad <= 1.5707964f;
-  if (light.kind == LightKind::spot && !cone)
-    return document_.invalid(path, "cone angles " + decimal(light.innerConeRad) + " and " +
-                                       decimal(light.outerConeRad) + "; expected 0 <= inner <= outer <= pi / 2");
-
   const glm::dmat3 turn = node.matrix.size() == 16 ? glm::dmat3(toWorld)
                                                    : glm::dmat3(at.parent) * glm::mat3_cast(rotationOf(node.rotation));
   const glm::dvec3 direction = unitVector(-turn[2]);
@@ -385,9 +370,10 @@ void NodeImporter::warnOfMorph(const Visit& at, const tinygltf::Node& node, cons
                            "\"dynamic\", or delete the animation if the shape stays"));
 }
 
-void NodeImporter::readVisibility(const tinygltf::Node& node, Visit& at) const {
+void NodeImporter::readAnimated(const tinygltf::Node& node, Visit& at) const {
   at.hidden = at.hidden || hidesNode(node);
   if (document_.animated.visibilityOfNodes.contains(at.node)) at.shownAndHidden = at.node;
+  if (document_.animated.placesOfNodes.contains(at.node)) at.moved = at.node;
 }
 
 // What an animation shows and hides is baked, or left out, as the file has it: say so once a node that it moves.
@@ -408,13 +394,34 @@ void NodeImporter::tellHidden() const {
                                 std::to_string(hidden_) + ", the first " + nodePath(document_, firstHidden_)));
 }
 
+// What animations move is baked, and its cameras look, where the file puts it.
+void NodeImporter::warnOfMoved() const {
+  if (!moved_.empty()) {
+    context_.message(
+        Severity::warning,
+        document_.at("animations move nodes, which bakes do not know: these and what is below are baked "
+                     "where the file puts them: " +
+                     std::to_string(moved_.size()) + ", the first " + nodePath(document_, firstMoved_) +
+                     "; mark them extras.relume.bake: \"dynamic\", or delete the animation of what stays"));
+  }
+  const std::vector<std::uint32_t> cameras = scene_.playSpaceCameras();
+  const auto first =
+      std::find_if(cameras.begin(), cameras.end(), [&](std::uint32_t c) { return movedCameras_.contains(c); });
+  if (first == cameras.end()) return;
+  context_.message(
+      Severity::info,
+      document_.at("animations move cameras, about which receivers are looked for only where the file puts them, "
+                   "the first \"" +
+                   scene_.cameras[*first].name + "\"; where they fly through walls, give the level play volumes"));
+}
+
 Status NodeImporter::visit(const Visit& from, std::vector<Visit>& stack) {
   const tinygltf::Node& node = document_.model.nodes[static_cast<std::size_t>(from.node)];
   const std::string where = nodePath(document_, from.node);
   Visit at = from;
   const glm::dmat4 toWorld = from.parent * localTransform(node);
   if (Status status = readExtras(node, where, glm::mat4(toWorld), at); !status) return status;
-  readVisibility(node, at);
+  readAnimated(node, at);
   const bool hasMesh = node.mesh >= 0 && at.mode != BakeMode::ignore;
   if (hasMesh && node.skin < 0 && at.mode != BakeMode::dynamic) warnOfShowing(at);
   if (at.hidden && (hasMesh || node.extensions.contains("KHR_lights_punctual"))) {
@@ -428,15 +435,20 @@ Status NodeImporter::visit(const Visit& from, std::vector<Visit>& stack) {
     }
     if (Status status = addMesh(node, placed, toWorld, where); !status) return status;
     if (placed.mode != BakeMode::dynamic) warnOfMorph(at, node, where);
+    if (placed.mode != BakeMode::dynamic && at.moved != kNoNode) {
+      if (moved_.empty()) firstMoved_ = at.moved;
+      moved_.insert(at.moved);
+    }
   }
   if (node.camera >= 0) {
     if (Status status = addCamera(node, at, toWorld, where); !status) return status;
+    if (at.moved != kNoNode) movedCameras_.insert(static_cast<std::uint32_t>(scene_.cameras.size() - 1));
   }
   if (!at.hidden) {
     if (Status status = addLight(node, at, toWorld, where); !status) return status;
   }
   for (auto child = node.children.rbegin(); child != node.children.rend(); ++child)
-    stack.push_back({*child, toWorld, at.mode, at.texelDensity, at.playSpace, at.hidden, at.shownAndHidden});
+    stack.push_back({*child, toWorld, at.mode, at.texelDensity, at.playSpace, at.hidden, at.shownAndHidden, at.moved});
   return done();
 }
 
@@ -446,6 +458,7 @@ Status NodeImporter::run() {
   scene_.nodes = std::move(*forest);
   const Result<std::vector<int>> starts = findRoots(document_);
   if (!starts) return starts.error();
+  tellScene(document_, context_);
   std::vector<Visit> stack;
   for (auto root = starts->rbegin(); root != starts->rend(); ++root) stack.push_back({*root, glm::dmat4(1.0)});
   std::vector<std::uint8_t> visited(document_.model.nodes.size(), 0);
@@ -459,6 +472,7 @@ Status NodeImporter::run() {
     if (Status status = visit(at, stack); !status) return status;
   }
   tellHidden();
+  warnOfMoved();
   return done();
 }
 

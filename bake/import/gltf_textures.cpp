@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string_view>
 
 namespace relume {
 namespace {
@@ -29,6 +30,27 @@ std::array<float, 6> foldTransform(const tinygltf::Value& extension) {
   const double c = std::cos(rotation), s = std::sin(rotation);
   return {toFloat(sx * c),  toFloat(sy * s), toFloat(pair("offset", 0, 0.0)),
           toFloat(-sx * s), toFloat(sy * c), toFloat(pair("offset", 1, 0.0))};
+}
+
+// Whether the file is of a format that glTF has by an extension alone, where the texture should say so.
+Status checkFormat(std::span<const std::uint8_t> file, const std::string& where) {
+  using namespace std::string_view_literals;
+  struct Format {
+    std::string_view beginning;  // * = any byte
+    const char *name, *extension;
+  };
+  constexpr Format kFormats[] = {{"RIFF****WEBP", "WebP", "EXT_texture_webp"},
+                                 {"\0\0\0*ftypavi"sv, "AVIF", "EXT_texture_avif"},
+                                 {"\xABKTX 20", "KTX2", "KHR_texture_basisu"},
+                                 {"DDS ", "DDS", "MSFT_texture_dds"}};
+  for (const Format& format : kFormats) {
+    const std::string_view sign = format.beginning;
+    const auto fits = [](char c, std::uint8_t byte) { return c == '*' || static_cast<std::uint8_t>(c) == byte; };
+    if (file.size() < sign.size() || !std::equal(sign.begin(), sign.end(), file.begin(), fits)) continue;
+    return Error{ErrorCode::unsupported,
+                 where + ": is " + format.name + ", not PNG or JPEG" + imageRemedy(format.extension)};
+  }
+  return done();
 }
 
 }  // namespace
@@ -98,10 +120,12 @@ Result<Image> readImage(GltfDocument& document, std::size_t index, std::vector<s
     const auto view = document.viewBytes(source.bufferView, where);
     if (!view) return view.error();
     bytes = *view;
+    if (Status status = checkFormat(bytes, document.at(where)); !status) return status.error();
   } else if (!source.uri.empty()) {
     // Look at a file's beginning and size before the whole of it is read.
     auto beginning = readUri(source.uri, document.folder, document.at(where), document.files, {0, kImageBeginning});
     if (!beginning) return beginning.error();
+    if (Status status = checkFormat(beginning->bytes, document.at(where)); !status) return status.error();
     if (Status status = checkImageFile(beginning->bytes, beginning->fileBytes, document.at(where)); !status)
       return status.error();
     if (beginning->bytes.size() < beginning->fileBytes) {

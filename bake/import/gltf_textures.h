@@ -38,8 +38,8 @@ std::string materialPath(const tinygltf::Material& material, int index);
 // Null where the material has no such extension.
 const tinygltf::Value* extensionOf(const tinygltf::Material& material, const char* name);
 
-// Name and file bytes of an image, not decoded. `bytes` are the document's, or in `fileBytes`. io, invalidFile: not
-// readable, not PNG or JPEG.
+// Name and file bytes of an image, not decoded. `bytes` are the document's, or in `fileBytes`. io, invalidFile,
+// unsupported: not readable, not PNG or JPEG, of another format.
 Result<Image> readImage(GltfDocument& document, std::size_t index, std::vector<std::uint8_t>& fileBytes,
                         std::span<const std::uint8_t>& bytes);
 

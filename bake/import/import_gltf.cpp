@@ -18,6 +18,7 @@
 #include <map>
 #include <new>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,12 +26,20 @@
 namespace relume {
 namespace {
 
-// Whether an extension says that light goes through a material which blocks all of it here.
-bool blocksAsGlass(const tinygltf::Material& source, const Material& material) {
-  const tinygltf::Value* transmission = extensionOf(source, "KHR_materials_transmission");
-  if (!transmission || !(numberOr(*transmission, "transmissionFactor", 0.0) > 0.0)) return false;
-  if (material.alphaMode == AlphaMode::opaque) return true;
-  return material.albedoTexture.image == kNone && material.alpha >= material.alphaCutoff;
+// What to do about a material that blocks all light here, while an extension says that some goes through; null for
+// others.
+const char* remedyOfBlocking(const tinygltf::Material& source, const Material& material) {
+  const auto isAbove0 = [&](const char* extension, const char* factor) {
+    const tinygltf::Value* found = extensionOf(source, extension);
+    return found && numberOr(*found, factor, 0.0) > 0.0;
+  };
+  const bool isGlass = isAbove0("KHR_materials_transmission", "transmissionFactor");
+  if (!isGlass && !isAbove0("KHR_materials_diffuse_transmission", "diffuseTransmissionFactor")) return nullptr;
+  if (material.alphaMode != AlphaMode::opaque &&
+      (material.albedoTexture.image != kNone || material.alpha < material.alphaCutoff))
+    return nullptr;
+  return isGlass ? "leave what is glass out of the bake by extras.relume.bake \"ignore\""
+                 : "mark what has to let light through, as a lampshade or a blind, extras.relume.bake: \"dynamic\"";
 }
 
 // A pane that darkens a room looks like a bake gone wrong: say of each such material where it is baked first.
@@ -38,15 +47,32 @@ void warnOfGlass(const GltfDocument& document, const Scene& scene, Context& cont
   std::vector<bool> told(scene.materials.size(), false);
   for (const Instance& instance : scene.instances) {
     const std::uint32_t material = scene.meshes[instance.mesh].material;
-    if (!instance.baked() || material == kNone || told[material] ||
-        !blocksAsGlass(document.model.materials[material], scene.materials[material]))
-      continue;
+    if (!instance.baked() || material == kNone || told[material]) continue;
+    const char* remedy = remedyOfBlocking(document.model.materials[material], scene.materials[material]);
+    if (!remedy) continue;
     told[material] = true;
     context.message(Severity::warning,
                     document.at("material \"" + scene.materials[material].name + "\" on node \"" + instance.node +
-                                "\" transmits light, which bakes do not know: it blocks all of it; leave what is glass "
-                                "out of the bake by extras.relume.bake \"ignore\""));
+                                "\" transmits light, which bakes do not know: it blocks all of it; " + remedy));
   }
+}
+
+// What a game draws as it is painted is lit here like any other surface.
+void tellUnlit(const GltfDocument& document, const Scene& scene, Context& context) {
+  std::set<std::uint32_t> unlit;
+  for (const Instance& instance : scene.instances) {
+    const std::uint32_t material = scene.meshes[instance.mesh].material;
+    if (instance.baked() && material != kNone && extensionOf(document.model.materials[material], "KHR_materials_unlit"))
+      unlit.insert(material);
+  }
+  if (unlit.empty()) return;
+  context.message(
+      Severity::info,
+      document.at("materials of KHR_materials_unlit are read as lit surfaces of their base colour that emit "
+                  "nothing: " +
+                  std::to_string(unlit.size()) + ", the first \"" + scene.materials[*unlit.begin()].name +
+                  "\"; give them emission where they light the level, or mark their nodes "
+                  "extras.relume.bake: \"dynamic\" where they take no part in it"));
 }
 
 // glTF's default material is white and absorbs nothing: light in a closed room of it goes on for ever.
@@ -152,6 +178,7 @@ Result<Scene> import(const std::filesystem::path& path, Context& context, const 
   // 6. Copies that nobody sees, panes that nobody sees through, walls that absorb nothing
   setAsidePiles(scene, context);
   warnOfGlass(*document, scene, context);
+  tellUnlit(*document, scene, context);
   warnOfWhite(scene, context);
   scene.files = std::move(document->files);
   // 7. Which two-sided surfaces enclose matter

@@ -17,7 +17,7 @@ inline constexpr std::uint64_t kMaxImagePixels = 1ull << 27;  // of one image
 
 // [byte, max] of an image's file: four channels of 16 bits for each texel, and what may stand around them.
 inline constexpr std::uint64_t kMaxImageBytes = 8 * kMaxImagePixels + (64 << 20);
-inline constexpr std::uint64_t kImageBeginning = 8;  // [byte] in which a PNG and a JPEG show
+inline constexpr std::uint64_t kImageBeginning = 12;  // [byte] in which an image's format shows
 
 // Whether a file with this beginning and size is worth reading. invalidFile: neither PNG nor JPEG, or too large.
 Status checkImageFile(std::span<const std::uint8_t> beginning, std::uint64_t fileBytes, const std::string& where);

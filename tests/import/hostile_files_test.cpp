@@ -109,7 +109,8 @@ TEST(HostileFiles, urisDoNotLeaveTheFolder) {
        {std::string("../secret.bin"), std::string("%2e%2e/secret.bin"), std::string("..%2Fsecret.bin"),
         std::string("scene/../../secret.bin"), std::string("no/%2e%2e/%2E./secret.bin"),
         std::string("./../scene/inside.bin"), outside, "%2F" + outside.substr(1), outside + "/../scene/inside.bin"})
-    expectRefused(importWithBuffer(uri), ErrorCode::invalidFile, "leaves the scene's folder");
+    expectRefused(importWithBuffer(uri), ErrorCode::invalidFile,
+                  "leaves the scene's folder; put the file into it, or export the level as one .glb");
   for (const char* uri : {"..\\secret.bin", "%2E%2E%5Csecret.bin", "..trap\\x.bin"})
     expectRefused(importWithBuffer(uri), ErrorCode::invalidFile, "has a backslash; expected /");
   expectRefused(importWithBuffer("file://" + outside), ErrorCode::invalidFile, "has a scheme");
@@ -139,6 +140,21 @@ TEST(HostileFiles, linksMayPointInsideTheFolderOnly) {
   EXPECT_EQ(linked->files[2], linked->files[0].parent_path() / "inside.bin");
   expectRefused(importWithBuffer("out.bin"), ErrorCode::invalidFile, "a link that leaves the scene's folder");
   expectRefused(importWithBuffer("up/secret.bin"), ErrorCode::invalidFile, "a link that leaves the scene's folder");
+}
+
+TEST(HostileFiles, dataUrisAreReadInAnyCaseAndPercentEncoded) {
+  for (const char* uri : {"DATA:Application/Octet-Stream;BASE64,AAAAAA==", "data:;Base64,AAAAAA%3d%3D",
+                          "data:;base64,%41AAAAA", "data:;base64,%2B/%2f+AA"}) {
+    const Result<Scene> scene = importWithBuffer(uri);
+    EXPECT_TRUE(scene) << uri << ": " << scene.error().message;
+  }
+  for (const char* uri : {"data:;base64,AAAA%", "data:;base64,AAAA%4", "data:;base64,%zzAAAAAA"})
+    expectRefused(importWithBuffer(uri), ErrorCode::invalidFile,
+                  "buffers[0]: data URI with a malformed % in its base64");
+  expectRefused(importWithBuffer("data:;base64,AAAA%0AAAA="), ErrorCode::invalidFile, "a blank or line break");
+  expectRefused(importWithBuffer("data:;base64,AA%2541AA"), ErrorCode::invalidFile, "broken base64");  // decoded once
+  for (const char* uri : {"data:base64,AAAA", "data", "DATA:", "data:,", "data:;base6,AAAA"})
+    EXPECT_FALSE(importWithBuffer(uri)) << uri;
 }
 
 TEST(HostileFiles, brokenDataUrisAreNamed) {
@@ -283,6 +299,30 @@ TEST(HostileFiles, brokenAndMissingImagesAreNamed) {
   expectRefused(missing.import(), ErrorCode::io, "images[0]: 'gone.png' not found beside the scene");
   missing.root["images"][0] = {{"name", "bricks"}};
   expectRefused(missing.import(), ErrorCode::invalidFile, "images[0]: neither uri nor bufferView");
+}
+
+// What glTF has by extensions alone, where a texture says PNG or JPEG.
+TEST(HostileFiles, imagesOfOtherFormatsAreNamedWithWhatConvertsThem) {
+  const struct {
+    Bytes bytes;
+    const char* message;
+  } cases[] = {{{'R', 'I', 'F', 'F', 1, 2, 3, 4, 'W', 'E', 'B', 'P', 'V', 'P', '8'},
+                "WebP, not PNG or JPEG; convert its images"},
+               {{0, 0, 0, 32, 'f', 't', 'y', 'p', 'a', 'v', 'i', 'f', 0}, "AVIF, not PNG or JPEG; convert its images"},
+               {{0xAB, 'K', 'T', 'X', ' ', '2', '0', 0xBB, 13, 10, 26, 10},
+                "KTX2, not PNG or JPEG; convert its images by gltf-transform ktxdecompress IN OUT"},
+               {{'D', 'D', 'S', ' ', 124, 0, 0, 0}, "DDS, not PNG or JPEG; export the level with PNG or JPEG images"}};
+  for (const auto& c : cases) {
+    GltfBuilder b = withImage(c.bytes);
+    expectRefused(b.import(), ErrorCode::unsupported, std::string("images[0]: is ") + c.message);
+    writeFile("a.png", c.bytes);
+    for (const std::string& uri : {std::string("a.png"), "data:image/png;base64," + base64(c.bytes)}) {
+      b.root["images"][0] = {{"uri", uri}};
+      expectRefused(b.import(), ErrorCode::unsupported, std::string("images[0]: is ") + c.message);
+    }
+  }
+  expectRefused(withImage({'R', 'I', 'F', 'F', 1, 2, 3, 4, 'W', 'A', 'V', 'E', 0}).import(), ErrorCode::invalidFile,
+                "images[0] 'image0': not a PNG or JPEG");
 }
 
 TEST(HostileFiles, cancellingStopsTheImport) {

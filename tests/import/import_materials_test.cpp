@@ -205,6 +205,14 @@ TEST(ImportMaterials, unlitIsItsBaseColour) {
   const Scene scene = importOrFail(b);
   expectNear(albedoAt(scene, quadPoint(0.5f, 0.5f)), {0.2f, 0.4f, 0.6f}, 1e-4f);
   EXPECT_EQ(emissionAt(scene, quadPoint(0.5f, 0.5f)), glm::vec3(0.0f));
+  ASSERT_EQ(b.messages.size(), 1u);
+  EXPECT_NE(b.messages[0].find("read as lit surfaces of their base colour that emit nothing: 1, the first "
+                               "\"material0\";"),
+            std::string::npos)
+      << b.messages[0];
+  b.root["nodes"][0]["extras"]["relume"]["bake"] = "dynamic";
+  importOrFail(b);
+  EXPECT_TRUE(b.messages.empty());
 }
 
 TEST(ImportMaterials, masksCutAtTheirCutoffBlendAtAHalfOpaqueNever) {
@@ -264,6 +272,26 @@ TEST(ImportMaterials, doubleSidedIsKept) {
   GltfBuilder b;
   b.quad({{"material", b.material({{"doubleSided", true}})}});
   EXPECT_TRUE(importOrFail(b).materials[0].doubleSided);
+}
+
+TEST(ImportMaterials, texturesOfASetThatTheMeshLacksAreToldOf) {
+  GltfBuilder b;
+  const int texture = b.texture(redGreen());
+  json m = textured(texture, {{"texCoord", 1}});
+  m["alphaMode"] = "MASK";
+  b.quad({{"material", b.material(m)}});
+  m = textured(texture);
+  m.merge_patch({{"emissiveFactor", {1, 1, 1}}, {"emissiveTexture", {{"index", texture}, {"texCoord", 5}}}});
+  b.quad({{"material", b.material(m)}});
+  b.node({{"mesh", 1}});
+  const Scene scene = importOrFail(b);
+  const auto warning = [](const char* mesh, const char* set, const char* what) {
+    return "test.glb: " + std::string(mesh) + ".primitives[0]: has no " + set + ", by which its " + what +
+           " texture lies, so that all of it looks as the texture does at (0, 0); unwrap the mesh, or take the texture "
+           "off the material";
+  };
+  EXPECT_EQ(b.messages, (std::vector<std::string>{warning("meshes[0]", "TEXCOORD_1", "base colour"),
+                                                  warning("meshes[1]", "TEXCOORD_5", "emissive")}));
 }
 
 TEST(ImportMaterials, imagesNobodyUsesAreNotRead) {
@@ -368,6 +396,24 @@ TEST(ImportMaterials, glassThatBlocksLightIsToldOf) {
   EXPECT_EQ(told(json::object(), "ignore"), 0u);
   EXPECT_EQ(told(json::object(), "dynamic"), 0u);
   EXPECT_EQ(told({{"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 0}}}}}}), 0u);
+}
+
+TEST(ImportMaterials, lampshadesThatBlockLightAreToldOf) {
+  for (const double factor : {0.0, 0.3}) {
+    GltfBuilder b;
+    json shade = {{"name", "shade"}};
+    shade["extensions"]["KHR_materials_diffuse_transmission"]["diffuseTransmissionFactor"] = factor;
+    b.root["extensionsRequired"] = {"KHR_materials_diffuse_transmission"};
+    b.quad({{"material", b.material(shade)}});
+    importOrFail(b);
+    ASSERT_EQ(b.messages.size(), factor > 0.0 ? 1u : 0u);
+    if (factor > 0.0) {
+      EXPECT_NE(b.messages[0].find("material \"shade\" on node \"unnamed node 0\" transmits light, which bakes do not "
+                                   "know: it blocks all of it; mark what has to let light through"),
+                std::string::npos)
+          << b.messages[0];
+    }
+  }
 }
 
 }  // namespace

@@ -67,6 +67,8 @@ TEST(ImportNodes, defaultSceneIsTheOneNamed) {
   ASSERT_EQ(scene->instances.size(), 1u);
   EXPECT_EQ(scene->instances[0].nodeIndex, static_cast<std::uint32_t>(second));
   EXPECT_EQ(scene->instances[0].node, "unnamed node 0");
+  EXPECT_EQ(b.messages, (std::vector<std::string>{"test.glb: scenes[1] is read, and the others are left out: 1; the "
+                                                  "file's \"scene\" says which it is"}));
 }
 
 TEST(ImportNodes, firstSceneIsTakenWhenNoneIsNamed) {
@@ -268,6 +270,61 @@ TEST(ImportNodes, whatAnAnimationShowsAndHidesIsTakenAsTheFileHasIt) {
             1u);
 }
 
+json moving(int node, const char* path) { return {{"sampler", 0}, {"target", {{"node", node}, {"path", path}}}}; }
+
+TEST(ImportNodes, whatAnAnimationMovesIsBakedWhereTheFilePutsIt) {
+  const auto told = [](const json& extrasOfDoor, const json& extrasOfLeaf) {
+    GltfBuilder b;
+    const int leaf = b.quad(), skinned = b.quad(), lift = b.quad(), hook = b.quad(), still = b.quad();
+    json& nodes = b.root["nodes"];
+    nodes[leaf]["extras"] = extrasOfLeaf;
+    nodes[skinned]["skin"] = 0;
+    nodes[hook]["extras"]["relume"]["bake"] = "gridLit";
+    b.root["scenes"][0]["nodes"] = {skinned, lift, hook, still};
+    const int door = b.node({{"name", "door"}, {"children", {leaf}}, {"extras", extrasOfDoor}});
+    const int joint = b.node({{"name", "joint"}});
+    json pointer = {{"path", "pointer"}};
+    pointer["extensions"]["KHR_animation_pointer"]["pointer"] = "/nodes/" + std::to_string(lift) + "/translation";
+    b.root["animations"][0]["channels"] = {moving(door, "rotation"),  moving(joint, "scale"),
+                                           moving(skinned, "scale"),  {{"sampler", 0}, {"target", pointer}},
+                                           moving(hook, "rotation"),  moving(hook, "translation"),
+                                           moving(still, "weights"),  moving(-7, "translation"),
+                                           moving(99, "translation"), {{"sampler", 0}, {"target", {{"node", 0}}}}};
+    const Result<Scene> scene = b.import();
+    EXPECT_TRUE(scene) << scene.error().message;
+    EXPECT_EQ(countMessages(b, "animations move nodes"), 1u);
+    for (const std::string& message : b.messages) {
+      const std::size_t at = message.find("where the file puts them: ");
+      if (at != std::string::npos) return message.substr(at + 26, message.find(';') - at - 26);
+    }
+    return std::string();
+  };
+  const json plain = json::object(), dynamic = {{"relume", {{"bake", "dynamic"}}}},
+             ignored = {{"relume", {{"bake", "ignore"}}}}, baked = {{"relume", {{"bake", "static"}}}};
+  EXPECT_EQ(told(plain, plain), "3, the first nodes[2] 'node2'");
+  EXPECT_EQ(told(dynamic, plain), "2, the first nodes[2] 'node2'");
+  EXPECT_EQ(told(plain, ignored), "2, the first nodes[2] 'node2'");
+  EXPECT_EQ(told(dynamic, baked), "3, the first nodes[2] 'node2'");
+}
+
+TEST(ImportNodes, whereAnAnimationFliesACameraReceiversAreNotLookedFor) {
+  for (const json& extras : {json::object(), json{{"playSpace", false}}, json{{"volume", {1, 1, 1}}}}) {
+    GltfBuilder b;
+    b.root["cameras"] = json::array({{{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.05}}}}});
+    b.node({{"camera", 0}, {"name", "eye"}, {"extras", {{"relume", extras}}}});
+    b.root["scenes"][0]["nodes"] = json::array();
+    const int dolly = b.node({{"children", {0}}});
+    b.root["animations"][0]["channels"] = json::array({moving(dolly, "translation")});
+    ASSERT_TRUE(b.import());
+    EXPECT_EQ(countMessages(b,
+                            "animations move cameras, about which receivers are looked for only where the file "
+                            "puts them, the first \"eye\""),
+              extras.empty() ? 1u : 0u)
+        << extras;
+    EXPECT_EQ(countMessages(b, "animations move nodes"), 0u);
+  }
+}
+
 TEST(ImportNodes, extrasSetBakeModeDensityAndVolumes) {
   GltfBuilder b;
   const int quad = b.quad();
@@ -338,6 +395,28 @@ TEST(ImportNodes, gpuInstancesAreInstances) {
   expectNear(glm::vec3(scene->instances[1].toWorld * glm::vec4(1, 0, 0, 0)), {0, 3, 0});
   EXPECT_FALSE(scene->instances[0].flipped);
   EXPECT_TRUE(scene->instances[1].flipped);
+}
+
+TEST(ImportNodes, attributesOfTheGamesOwnSayHowManyGpuInstancesThereAre) {
+  GltfBuilder b;
+  const int quad = b.quad();
+  json& attributes = b.root["nodes"][quad]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
+  attributes = {{"_ID", b.floats({7, 8, 9}, "SCALAR")}};
+  const Result<Scene> scene = b.import();
+  ASSERT_TRUE(scene) << scene.error().message;
+  ASSERT_EQ(scene->instances.size(), 3u);
+  EXPECT_EQ(scene->instances[2].gpuInstance, 2u);
+  EXPECT_EQ(scene->instances[2].toWorld, glm::mat4(1.0f));
+  // As many as the accessor says, which must exist and be in proportion.
+  const auto refused = [&](const json& broken) {
+    attributes = broken;
+    const Result<Scene> read = b.import();
+    return read ? "" : read.error().message;
+  };
+  EXPECT_NE(refused({{"_ID", 99}}).find("_ID: accessors[99] does not exist"), std::string::npos);
+  EXPECT_NE(refused(json::object()).find("has no attributes"), std::string::npos);
+  b.root["accessors"].push_back({{"componentType", 5126}, {"count", 1 << 30}, {"type", "SCALAR"}});
+  EXPECT_NE(refused({{"_ID", b.root["accessors"].size() - 1}}).find("elements without data"), std::string::npos);
 }
 
 TEST(ImportNodes, aFileWithoutMeshesIsAnEmptyScene) {

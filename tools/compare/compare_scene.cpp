@@ -151,7 +151,9 @@ std::string toString(const PartChange& c) {
                  ? node + ": material " + named(c.materialNow) + " changed"
                  : node + ": material was " + named(c.materialBefore) + ", is " + named(c.materialNow);
     case PartChange::Kind::settings:
-      return node + ": extras.relume (bake mode or texel density) changed";
+      return node +
+             ": extras.relume (bake mode, texel density), whether it counts as solid or mirrored, or its number among "
+             "the node's primitives or instances changed";
   }
   return node;
 }
