@@ -171,7 +171,8 @@ std::vector<BakedInstance> describeInstances(const Scene& scene) {
     const bool named = mesh.material < scene.materials.size();
     BakedInstance part{instance.node, mesh.name, named ? scene.materials[mesh.material].name : ""};
     Hasher transform;
-    transform.array(std::span<const float>(&instance.toWorld[0][0], 16));
+    // Where the file puts what moves is no part of a bake.
+    if (instance.mode != BakeMode::dynamic) transform.array(std::span<const float>(&instance.toWorld[0][0], 16));
     part.transformHash = transform.digest();
     part.geometryHash = meshHash[instance.mesh];
     part.materialHash = named ? materialHash[mesh.material] : 0;

@@ -36,6 +36,22 @@ TEST(Provenance, materialsThatNobodyUsesChangeNothing) {
   EXPECT_TRUE(now && now->bytes == before->bytes);
 }
 
+TEST(Provenance, whereTheFilePutsWhatMovesChangesNothing) {
+  GltfBuilder base = makeBase();
+  Json& node = base.root["nodes"][1];
+  node["extras"]["relume"]["bake"] = "dynamic";
+  const std::optional<Baked> before = bakeLevel(*base.import());
+  ASSERT_TRUE(before);
+  node["translation"] = {30, 2, -1};
+  node["rotation"] = {0, 1, 0, 0};
+  const Result<Scene> moved = base.import();
+  EXPECT_TRUE(findStaleness(*moved, nullptr, before->bake).upToDate());
+  const std::optional<Baked> now = bakeLevel(*moved);
+  EXPECT_TRUE(now && now->bytes == before->bytes);
+  node["extras"]["relume"]["bake"] = "static";
+  EXPECT_FALSE(findStaleness(*base.import(), nullptr, before->bake).upToDate());
+}
+
 TEST(Provenance, optionsSeedVersionAndRayTracerCount) {
   const GltfBuilder base = makeBase();
   const Result<Scene> scene = base.import();

@@ -14,9 +14,9 @@ namespace relume {
 // Raised whenever the same input and options can give other bytes; tests/pipeline/algorithm_version_test.cpp holds it.
 inline constexpr std::uint32_t kAlgorithmVersion = 26;
 
-// One entry an instance of the scene, in its order: names, the XXH3 of world transform, geometry, material and the
-// texels it uses, and its blocks of describeShapes(). Instances that share a mesh, a material or an image are hashed
-// once. Any thread.
+// One entry an instance of the scene, in its order: names, the XXH3 of world transform (but of what is dynamic),
+// geometry, material and the texels it uses, and its blocks of describeShapes(). Instances that share a mesh, a
+// material or an image are hashed once. Any thread.
 std::vector<BakedInstance> describeInstances(const Scene& scene);
 
 // Bake::shapes: the sums of all meshes, in the scene's order: what tells noise of an exporter from a change.
