@@ -8,14 +8,18 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 
 namespace relume {
 namespace {
 
 namespace fs = std::filesystem;
 using Lights = LightEditor::Lights;
+
+constexpr RoomAhead kRoom{20.0f, {}};
 
 PixelView viewOf(const FlyCamera& camera) {
   return {camera.clipFromWorld(1.6f, 0.02f, 100.0f), camera.position, {640, 400}};
@@ -174,7 +178,7 @@ TEST_F(LightEditing, ringsTurnSunsAndSpotsAlone) {
 
 TEST_F(LightEditing, addedRemovedAndLoadedSetsCanBeUndone) {
   const Lights first = lights_;
-  editor_.add(lights_, newLight(LightKind::spot, camera_, lights_));
+  editor_.add(lights_, newLight(LightKind::spot, camera_, lights_, kRoom));
   edits_.commit(state_);
   EXPECT_EQ(editor_.indexIn(lights_), 3u);
   EXPECT_TRUE(view_.shows(lights_[3].light.positionWorld));
@@ -246,6 +250,53 @@ TEST_F(LightEditing, anOrbitIsNoEditAndADragEndsIt) {
   EXPECT_FALSE(lights_[0].orbits);
 }
 
+TEST(LightSet, aNewLightFitsTheLevelAndStaysBeforeItsSurfaces) {
+  const FlyCamera camera;
+  const auto ahead = [&](float levelSize, std::optional<float> surface) {
+    return glm::distance(newLight(LightKind::point, camera, {}, {levelSize, surface}).light.positionWorld,
+                         camera.position);
+  };
+  EXPECT_FLOAT_EQ(ahead(20.0f, {}), 2.0f);
+  EXPECT_FLOAT_EQ(ahead(3000.0f, 50.0f), 2.0f);
+  EXPECT_FLOAT_EQ(ahead(20.0f, 0.5f), 0.4f);
+  EXPECT_FLOAT_EQ(ahead(0.05f, {}), 0.01f);
+  // What it lights there is as bright: power goes with the square of the way.
+  const auto power = [&](float levelSize, std::optional<float> surface) {
+    return newLight(LightKind::point, camera, {}, {levelSize, surface}).light.intensity.x;
+  };
+  EXPECT_FLOAT_EQ(power(20.0f, 0.5f), power(20.0f, {})) << "a room is lit, wherever the light is in it";
+  EXPECT_FLOAT_EQ(power(0.05f, {}), power(20.0f, {}) * 0.005f * 0.005f);
+}
+
+TEST(LightSet, anOrbitFitsTheLevel) {
+  const auto reach = [](float levelSize) {
+    ViewState state;
+    state.lights = {lightAt(LightKind::point, {1, 2, 3})};
+    state.lights[0].orbits = true;
+    animate(state, 3.14159265, levelSize);  // half round
+    return glm::distance(state.lights[0].light.positionWorld, state.lights[0].home);
+  };
+  EXPECT_NEAR(reach(20.0f), 1.6f, 1e-5f);
+  EXPECT_NEAR(reach(0.05f), 0.01f, 1e-5f);
+}
+
+// Unit vectors of floats are not of length 1 to the last digit.
+TEST(LightSet, directionsComeBackToTheBit) {
+  const fs::path file = fs::path(testing::TempDir()) / "relume_directions.json";
+  Lights lights;
+  for (int i = 0; i < 32; ++i) {
+    ViewedLight light = lightAt(LightKind::directional, {0, 5, 0});
+    const auto angle = static_cast<float>(i);
+    light.light.direction = glm::normalize(glm::vec3(std::cos(angle), -0.7f, std::sin(1.3f * angle)));
+    lights.push_back(light);
+  }
+  ASSERT_TRUE(saveLightSet(file, lights));
+  const auto loaded = loadLightSet(file);
+  ASSERT_TRUE(loaded) << loaded.error().message;
+  EXPECT_EQ(*loaded, lights);
+  fs::remove(file);
+}
+
 TEST_F(LightEditing, whatIsOnIsSavedAndLoaded) {
   const fs::path folder = fs::path(testing::TempDir()) / "relume_light_set";
   fs::remove_all(folder);
@@ -268,8 +319,8 @@ TEST_F(LightEditing, whatIsOnIsSavedAndLoaded) {
   fs::remove_all(folder);
 
   Lights full(kMaxLightsOn, lights_[0]);
-  EXPECT_FALSE(newLight(LightKind::point, camera_, full).on);
-  EXPECT_EQ(newLight(LightKind::point, camera_, {}).name, "point");
+  EXPECT_FALSE(newLight(LightKind::point, camera_, full, kRoom).on);
+  EXPECT_EQ(newLight(LightKind::point, camera_, {}, kRoom).name, "point");
   EXPECT_EQ(freeName("light", full), "light 2");
 }
 

@@ -7,6 +7,8 @@
 #include "tools/render/render_cpu.h"
 #include "tools/view/light_set.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -185,6 +187,36 @@ TEST_F(EditSession, volumesInOneAnotherFollowTheEye) {
   const auto before = from(hall), elsewhere = from(hall - glm::vec3(4, 0, 0)), after = from(hall);
   EXPECT_GT(differ(elsewhere, before), 1e-3);
   EXPECT_LT(differ(after, before), 1e-5);
+}
+
+// Records show what stands as it was baked. While something has been moved, the caches' light is corrected in their
+// place, and none is found.
+TEST_F(EditSession, recordsWaitWhileObjectsAreMoved) {
+  ViewState& state = session_->state;
+  for (int i = 0; i < 40; ++i) frame();
+  const std::vector<glm::vec3> byCaches = links();
+  state.records = true;
+  ASSERT_TRUE(frames([&] { return session_->viewer->records() && session_->viewer->records()->isComplete(); }));
+  EXPECT_TRUE(session_->viewer->showsRecords(state));
+  const std::vector<glm::vec3> byRecords = links();
+  double sum = 0.0, difference = 0.0;
+  for (std::size_t i = 0; i < byCaches.size(); ++i) {
+    sum += static_cast<double>(byCaches[i].g);
+    difference += static_cast<double>(std::abs(byRecords[i].g - byCaches[i].g));
+  }
+  EXPECT_GT(difference, 0.01 * sum) << "no record is shown";
+
+  sinkWalls(-2.0f);
+  for (int i = 0; i < 4; ++i) frame();
+  EXPECT_FALSE(session_->viewer->showsRecords(state));
+  EXPECT_TRUE(std::ranges::none_of(session_->viewer->times(), [](const auto& t) { return t.first == "records"; }));
+  const std::vector<glm::vec3> moved = links();
+  state.records = false;
+  EXPECT_EQ(links(), moved);
+  state.records = true;
+  sinkWalls(0.0f);
+  frame();
+  EXPECT_TRUE(session_->viewer->showsRecords(state));
 }
 
 // A click takes hold of what stands, and the CPU's light has its shadow where it was dragged to.

@@ -38,6 +38,24 @@ TEST_F(ViewerSession, lightIsShownByParts) {
   EXPECT_NEAR(most, all, 0.02 * all);
 }
 
+// What did not run has no time.
+TEST_F(ViewerSession, costsAreThoseOfPassesThatRan) {
+  writeBakeFile(small(512));
+  start(at("level.relume"));
+  ASSERT_TRUE(frames([&] { return session_->level != nullptr; }));
+  const auto relights = [&] {
+    const auto passes = session_->viewer->relighter().passTimes();
+    return std::ranges::any_of(session_->viewer->times(), [&](const auto& time) {
+      return std::ranges::any_of(passes, [&](const PassTime& pass) { return time.first == pass.pass; });
+    });
+  };
+  EXPECT_TRUE(relights());
+  session_->state.relight = false;
+  frame();
+  EXPECT_FALSE(relights());
+  EXPECT_GT(session_->times.passCount(), 0u);
+}
+
 TEST_F(ViewerSession, bandsAndBackendChangeWithoutADarkFrame) {
   writeBakeFile(small(512));
   start(at("level.relume"));
@@ -303,7 +321,9 @@ TEST_F(ViewerSession, picturesAndFilmsAreNumberedAndReplaceNothing) {
   session_->run(Command::film);
   for (int i = 0; i < 3; ++i) frame();
   EXPECT_NEAR(session_->animationTime() - before, 3 * Capture::kFrameSeconds, 1e-9) << "a film has its own clock";
+  EXPECT_EQ(session_->frameSeconds(0.4), Capture::kFrameSeconds) << "and its camera flies by that";
   session_->run(Command::film);
+  EXPECT_EQ(session_->frameSeconds(0.4), 0.4);
   frame();
   const fs::path film = folder_ / "pictures" / "film_0001";
   EXPECT_TRUE(fs::exists(film / "frame_0000.png") && fs::exists(film / "frame_0002.png"));
@@ -338,9 +358,21 @@ TEST_F(ViewerSession, aViewIsHeldAgainstThePathTracedOne) {
   const double whole = errorNow();
   ASSERT_EQ(session_->heat->rgb.size(), std::size_t{3} * session_->heat->width * session_->heat->height);
   EXPECT_LT(whole, 0.35) << "a draft, and the paths' own noise";
-  // What is not shown is missed.
-  session_->state.indirect = false;
+  // All light is held against it, whatever is shown of it.
+  session_->state.direct = session_->state.indirect = false;
+  EXPECT_NEAR(errorNow(), whole, 0.1);
+  EXPECT_FALSE(session_->state.direct || session_->state.indirect);
+  // What is missing is told: light over links that is frozen while a lamp is turned up.
+  session_->state.relight = false;
+  for (ViewedLight& light : session_->state.lights) light.light.intensity *= 20.0f;
   EXPECT_GT(errorNow(), whole + 0.1);
+  session_->state.relight = true;
+  // Paths know no share of a bounce.
+  session_->state.bounceScale = 0.5f;
+  session_->compareWithReference();
+  EXPECT_FALSE(session_->reference.has_value());
+  EXPECT_TRUE(says("not compared"));
+  session_->state.bounceScale = 1.0f;
   session_->compareWithReference();
   session_->reference->cancel();
   EXPECT_TRUE(frames([&] { return !session_->reference; }));

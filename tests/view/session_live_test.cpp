@@ -180,6 +180,24 @@ TEST_F(LiveSession, openGlSettles) {
   EXPECT_GT(brightness_, 0.01);
 }
 
+// Frames of a film have light of their own, though the window waits for none and what is shown is at rest.
+TEST_F(LiveSession, aFilmHasLightOfItsOwnInEachFrame) {
+  options_.output = at("pictures");
+  start("");
+  ASSERT_TRUE(frames([&] { return session_->viewer && session_->viewer->live()->last().isSettled; }));
+  session_->run(Command::film);
+  std::uint64_t before = session_->viewer->live()->last().number;
+  for (int i = 0; i < 4; ++i) {
+    frame();
+    const std::uint64_t now = session_->viewer->live()->last().number;
+    EXPECT_GT(now, before) << i;
+    before = now;
+  }
+  session_->run(Command::film);
+  EXPECT_EQ(session_->state.liveStep, 0.0);
+  ASSERT_TRUE(frames([&] { return session_->viewer->live()->last().isSettled; })) << "at the window's pace again";
+}
+
 TEST_F(LiveSession, anObjectIsPickedAndDragged) {
   options_.view = "full";
   show(10);

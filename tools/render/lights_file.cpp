@@ -63,7 +63,9 @@ class LightReader {
     light.outerConeRad = number("outerConeAngle", light.outerConeRad);
     if (!error_.empty()) return wrong(error_);
     if (direction == glm::dvec3(0.0)) return wrong("has a \"direction\" of no length");
-    light.direction = glm::vec3(unitVector(direction));
+    // One that was written by writeLightsFile() comes back to the bit.
+    const bool isUnit = std::abs(glm::length(direction) - 1.0) <= 1e-6;
+    light.direction = glm::vec3(isUnit ? direction : unitVector(direction));
     for (int c = 0; c < 3; ++c) {
       if (!(light.intensity[c] >= 0.0f) || !std::isfinite(light.intensity[c]))
         return wrong("is less than dark, or endless");

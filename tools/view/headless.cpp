@@ -159,7 +159,7 @@ Status runHeadless(const LoadedLevel& level, const ViewerOptions& options) {
   state->liveStep = kSecondsAFrame;
   const auto target = FrameTarget::create(options.width, options.height);
   if (!target) return target.error();
-  animate(*state, 0.0);
+  animate(*state, 0.0, viewer->levelSize());
   if (Status ok = settle(*viewer, *state); !ok) return ok;
   if (!options.exposure && showsLight(state->mode)) {
     const auto stops = exposureOf(*viewer, *state, *target);
@@ -169,7 +169,7 @@ Status runHeadless(const LoadedLevel& level, const ViewerOptions& options) {
   }
 
   for (std::uint32_t frame = 0; frame < options.headlessFrames; ++frame) {
-    animate(*state, frame * kSecondsAFrame);
+    animate(*state, frame * kSecondsAFrame, viewer->levelSize());
     const auto pixels = target->draw(*viewer, *state);
     if (!pixels) return pixels.error();
     const std::filesystem::path path = framePath(options.output, frame);

@@ -1,30 +1,21 @@
 // SPDX-License-Identifier: MIT
 // See panel.h: the list of lights, the one that is selected, undo, save and load.
+#include "tools/view/light_intensity.h"
 #include "tools/view/light_set.h"
 #include "tools/view/panel.h"
+#include "tools/view/panel_controls.h"
 
 #include <imgui.h>
 
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/trigonometric.hpp>
 
 #include <algorithm>
-#include <array>
-#include <cstring>
 
 namespace relume {
 namespace {
-
-bool inputText(const char* label, std::string& text) {
-  std::array<char, 1024> buffer{};
-  std::strncpy(buffer.data(), text.c_str(), buffer.size() - 1);
-  if (!ImGui::InputText(label, buffer.data(), buffer.size())) return false;
-  text = buffer.data();
-  return true;
-}
 
 // A button that is dim, and does nothing, while there is nothing for it to do.
 bool button(const char* label, bool enabled) {
@@ -34,19 +25,15 @@ bool button(const char* label, bool enabled) {
   return pressed && enabled;
 }
 
-// The brightest channel is the intensity; the colour is the rest.
 void intensityControls(Light& light) {
-  float most = std::max({light.intensity.x, light.intensity.y, light.intensity.z});
-  glm::vec3 color = most > 0.0f ? light.intensity / most : glm::vec3(1.0f);
+  glm::vec3 color = colorOfLight(light.intensity);
   if (ImGui::ColorEdit3("colour", glm::value_ptr(color), ImGuiColorEditFlags_Float | ImGuiColorEditFlags_NoOptions))
-    light.intensity = std::max(most, 1e-6f) * glm::clamp(color, 0.0f, 1.0f);
+    light.intensity = withColor(light.intensity, color);
+  float strength = strengthOf(light.intensity);
   const char* unit = light.kind == LightKind::directional ? "%.4g W/m2" : "%.4g W/sr";
-  if (ImGui::DragFloat("intensity", &most, 0.01f * std::max(most, 0.05f), 0.0f, 1e20f, unit,
-                       ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoRoundToFormat)) {
-    // A light that is turned down keeps its colour.
-    const float before = std::max({light.intensity.x, light.intensity.y, light.intensity.z});
-    light.intensity = before > 0.0f ? std::max(most, 1e-6f) * (light.intensity / before) : glm::vec3(most);
-  }
+  if (ImGui::DragFloat("intensity", &strength, 0.01f * std::max(strength, 0.05f), 0.0f, 1e20f, unit,
+                       ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoRoundToFormat))
+    light.intensity = withStrength(light.intensity, strength);
 }
 
 void coneControls(Light& light) {
@@ -66,13 +53,11 @@ void coneControls(Light& light) {
 
 void selectedControls(Session& session, ViewedLight& viewed) {
   Light& light = viewed.light;
+  const float levelSize = session.viewer->levelSize();
   inputText("name", viewed.name);
   intensityControls(light);
-  if (light.kind != LightKind::directional) {
-    if (ImGui::DragFloat3("position", glm::value_ptr(light.positionWorld), 0.02f, -1e6f, 1e6f, "%.2f",
-                          ImGuiSliderFlags_AlwaysClamp))
-      viewed.home = light.positionWorld;
-  }
+  if (light.kind != LightKind::directional && dragPlace("position", light.positionWorld, levelSize))
+    viewed.home = light.positionWorld;
   if (light.kind != LightKind::point) {
     glm::vec3 direction = light.direction;
     if (ImGui::DragFloat3("aim", glm::value_ptr(direction), 0.01f, -1.0f, 1.0f, "%.2f", ImGuiSliderFlags_AlwaysClamp) &&
@@ -80,9 +65,7 @@ void selectedControls(Session& session, ViewedLight& viewed) {
       light.direction = glm::normalize(direction);
   }
   if (light.kind == LightKind::spot) coneControls(light);
-  if (light.kind != LightKind::directional)
-    ImGui::DragFloat("range", &light.range, 0.05f, 0.0f, 1e6f, light.range > 0.0f ? "%.2f m" : "no limit",
-                     ImGuiSliderFlags_AlwaysClamp);
+  if (light.kind != LightKind::directional) dragRange("range", light.range, levelSize);
   if (ImGui::Checkbox("orbit", &viewed.orbits) && viewed.orbits) viewed.home = light.positionWorld;
   ImGui::SameLine();
   const bool copies = ImGui::Button("duplicate");
@@ -106,7 +89,7 @@ void lightList(Session& session) {
     }
     ImGui::SameLine();
     const bool isSelected = session.editor.selected() == lights[i].id;
-    if (ImGui::Selectable(lights[i].name.empty() ? "(no name)" : lights[i].name.c_str(), isSelected))
+    if (namedSelectable(lights[i].name.empty() ? "(no name)" : lights[i].name, isSelected))
       session.editor.select(isSelected ? std::nullopt : std::optional(lights[i].id));
     ImGui::PopID();
   }

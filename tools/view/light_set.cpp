@@ -13,7 +13,8 @@
 namespace relume {
 namespace {
 
-constexpr float kAhead = 2.0f;  // [m] of a new light, before the camera
+// Of a new light, before the camera: in a room, [m]; in any level; and of the way to what is seen there.
+constexpr float kAhead = 2.0f, kAheadOfLevel = 0.2f, kAheadOfSurface = 0.8f;
 
 SceneLight toSceneLight(const ViewedLight& viewed) {
   const Light& light = viewed.light;
@@ -89,12 +90,17 @@ std::string freeName(const std::string& base, std::span<const ViewedLight> light
   return name;
 }
 
-ViewedLight newLight(LightKind kind, const FlyCamera& camera, std::span<const ViewedLight> lights) {
+ViewedLight newLight(LightKind kind, const FlyCamera& camera, std::span<const ViewedLight> lights,
+                     const RoomAhead& around) {
+  const float roomy = std::min(kAhead, kAheadOfLevel * around.levelSize);
+  const float ahead = around.surfaceDistance ? std::min(roomy, kAheadOfSurface * *around.surfaceDistance) : roomy;
+  // What is so many times as small is lit as well by the square of that.
+  const float power = 10.0f * (roomy / kAhead) * (roomy / kAhead);
   ViewedLight viewed;
   viewed.name = freeName(kindName(kind), lights);
   viewed.light.kind = kind;
-  viewed.light.intensity = glm::vec3(kind == LightKind::directional ? 3.0f : 10.0f);
-  viewed.light.positionWorld = viewed.home = camera.position + kAhead * camera.forward();
+  viewed.light.intensity = glm::vec3(kind == LightKind::directional ? 3.0f : power);
+  viewed.light.positionWorld = viewed.home = camera.position + ahead * camera.forward();
   viewed.light.direction = glm::normalize(camera.forward() + glm::vec3(0.0f, -1.5f, 0.0f));
   viewed.light.innerConeRad = 0.3f;
   viewed.light.outerConeRad = 0.6f;

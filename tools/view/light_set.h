@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -25,9 +26,15 @@ std::vector<SceneLight> sceneLightsOn(std::span<const ViewedLight> lights);
 std::size_t limitLightsOn(std::span<ViewedLight> lights);
 std::string switchedOffText(std::size_t lights);  // that so many were
 
-// A new light of that kind before the camera: a white one that a room is lit well by, spots and suns aimed along the
-// view and down. It is on unless kMaxLightsOn are.
-ViewedLight newLight(LightKind kind, const FlyCamera& camera, std::span<const ViewedLight> lights);
+// What a new light has room in.
+struct RoomAhead {
+  float levelSize = 0.0f;                // [m] the level's diagonal
+  std::optional<float> surfaceDistance;  // [m] of what is in the middle of the view; nothing for the sky
+};
+// A new light of that kind before the camera, in front of what is seen there: a white one that a room is lit well by,
+// or a level that is less than one; spots and suns aimed along the view and down. It is on unless kMaxLightsOn are.
+ViewedLight newLight(LightKind kind, const FlyCamera& camera, std::span<const ViewedLight> lights,
+                     const RoomAhead& around);
 // `base`, or with a number behind it when there is a light of that name.
 std::string freeName(const std::string& base, std::span<const ViewedLight> lights);
 

@@ -3,6 +3,7 @@
 #include "tools/view/panel.h"
 
 #include "tools/base/printable.h"
+#include "tools/view/panel_controls.h"
 
 #include <imgui.h>
 
@@ -105,7 +106,11 @@ void relightControls(Session& session) {
   ImGui::Checkbox("records", &state.records);
   if (const ViewRecords* records = viewer.records(); state.records && records) {
     ImGui::SameLine();
-    ImGui::TextDisabled("%zu%s", records->records(), records->isComplete() ? "" : " ...");
+    if (viewer.showsRecords(state)) {
+      ImGui::TextDisabled("%zu%s", records->records(), records->isComplete() ? "" : " ...");
+    } else {
+      ImGui::TextDisabled("off: objects moved");
+    }
   }
 }
 
@@ -113,10 +118,10 @@ void relightControls(Session& session) {
 void emitterControls(ViewState& state, bool canDrive) {
   constexpr auto kRadiance = ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR | ImGuiColorEditFlags_NoOptions;
   ImGui::SliderFloat("emitters", &state.emission, 0.0f, 8.0f, "%.2f", ImGuiSliderFlags_AlwaysClamp);
-  for (ViewedEmitter& emitter : state.emitters) {
-    if (!canDrive) break;
-    ImGui::PushID(emitter.name.c_str());
-    ImGui::Checkbox(emitter.name.c_str(), &emitter.isDriven);
+  for (std::size_t i = 0; canDrive && i < state.emitters.size(); ++i) {
+    ViewedEmitter& emitter = state.emitters[i];
+    ImGui::PushID(static_cast<int>(i));
+    namedCheckbox(emitter.name, emitter.isDriven);
     if (emitter.isDriven) {
       if (ImGui::ColorEdit3(emitter.image.empty() ? "W/m2/sr" : "factor", glm::value_ptr(emitter.radiance), kRadiance))
         emitter.radiance = glm::clamp(emitter.radiance, 0.0f, 1e9f);
@@ -138,8 +143,7 @@ void objectControls(const Session& session, ViewState& state) {
     if (isPicked && session.objects.selected() != i) continue;
     ViewedObject& object = state.objects[i];
     ImGui::PushID(static_cast<int>(i));
-    ImGui::DragFloat3(object.name.c_str(), glm::value_ptr(object.position), 0.02f, -1e6f, 1e6f, "%.2f",
-                      ImGuiSliderFlags_AlwaysClamp);
+    namedPlace(object.name, object.position, session.viewer->levelSize());
     ImGui::PopID();
   }
   if (ImGui::Button("put back")) {
@@ -177,7 +181,7 @@ void viewControls(const Scene& scene, const Bake& bake, bool hasBake, ViewState&
   if (scene.cameras.empty() || !ImGui::BeginCombo("camera", "fly to ...")) return;
   for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
     ImGui::PushID(static_cast<int>(i));
-    if (ImGui::Selectable(scene.cameras[i].name.c_str())) state.camera = FlyCamera::from(scene.cameras[i]);
+    if (namedSelectable(scene.cameras[i].name, false)) state.camera = FlyCamera::from(scene.cameras[i]);
     ImGui::PopID();
   }
   ImGui::EndCombo();

@@ -70,7 +70,8 @@ void Session::run(Command command) {
 }
 
 void Session::addLight(LightKind kind) {
-  ViewedLight light = newLight(kind, state.camera, state.lights);
+  if (!viewer) return;
+  ViewedLight light = newLight(kind, state.camera, state.lights, {viewer->levelSize(), viewer->distanceAhead(state)});
   if (!light.on)
     say(Severity::warning, "the new light is off: " + std::to_string(kMaxLightsOn) + " are on, and no more can be");
   edits.commit(state);
@@ -164,7 +165,7 @@ void Session::scroll(const glm::vec2& pixel, float notches) {
 }
 
 void Session::beginFrame(double now, const glm::vec2& windowSize) {
-  animation_ += capture_.isFilming() ? Capture::kFrameSeconds : now - now_;
+  animation_ += frameSeconds(now - now_);
   now_ = now;
   messages.forgetOld(now);
   finishJob();
@@ -183,7 +184,7 @@ bool Session::isMoving() const {
   const LiveShading* const live = viewer->live();
   if (live && state.relight && !live->last().isSettled) return true;
   if (viewer->awaitsVoxels(state) || (state.relight && viewer->awaitsEdits())) return true;
-  if (state.records && viewer->records() && !viewer->records()->isComplete()) return true;
+  if (viewer->showsRecords(state) && !viewer->records()->isComplete()) return true;
   return std::any_of(state.lights.begin(), state.lights.end(), [](const ViewedLight& l) { return l.on && l.orbits; });
 }
 
@@ -235,6 +236,9 @@ void Session::endControls(bool isHeld) {
 bool Session::drawView(GLuint framebuffer, std::uint32_t width, std::uint32_t height) {
   const bool isWanted = coarse.isWanted(state) && !pick_ && !capture_.isFilming() && !screenshotWanted_;
   const auto target = isWanted ? coarse.begin(width, height) : std::nullopt;
+  // A frame of a film waits for light of its own, by the film's time.
+  const double liveStep = state.liveStep;
+  if (capture_.isFilming()) state.liveStep = Capture::kFrameSeconds;
   Status drawn = done();
   if (target) {
     drawn = viewer->draw(state, target->framebuffer, target->width, target->height, true);
@@ -242,6 +246,7 @@ bool Session::drawView(GLuint framebuffer, std::uint32_t width, std::uint32_t he
   } else {
     drawn = viewer->draw(state, framebuffer, width, height, true);
   }
+  state.liveStep = liveStep;
   if (!viewer->times().empty()) coarse.tell(viewer->times().back().second, target.has_value());
   return messages.check(drawn, now_);
 }

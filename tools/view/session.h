@@ -93,6 +93,10 @@ class Session {
   bool isMoving() const;
   // [s] That moving things are at: the clock's, or a film's own.
   double animationTime() const { return animation_; }
+  // [s] That they go on by in a frame which took so long by the clock.
+  double frameSeconds(double clockSeconds) const {
+    return capture_.isFilming() ? Capture::kFrameSeconds : clockSeconds;
+  }
   const Capture& capture() const { return capture_; }
 
   const PixelView& pixels() const { return pixels_; }

@@ -196,12 +196,19 @@ void Session::finishJob() {
 
 void Session::compareWithReference() {
   if (!viewer) return;
+  if (state.bounceScale != 1.0f) {
+    return say(Severity::warning,
+               "not compared: paths keep all that surfaces reflect; set \"of each\", the share of each bounce, to 1");
+  }
   reference.reset();
   heat.reset();
   const float aspect = pixels_.size.x / pixels_.size.y;
   const auto height =
       static_cast<std::uint32_t>(std::clamp(static_cast<float>(ReferenceJob::kWidth) / aspect, 1.0f, 1024.0f));
-  auto shown = viewer->irradiance(state, ReferenceJob::kWidth, height);
+  // Paths have direct and indirect light, whatever is shown of it.
+  ViewState whole = state;
+  whole.direct = whole.indirect = true;
+  auto shown = viewer->irradiance(whole, ReferenceJob::kWidth, height);
   if (!shown) return say(Severity::error, shown.error().message);
   reference.emplace(level, state, height, std::move(*shown));
 }

@@ -164,14 +164,15 @@ std::vector<Light> activeLights(const ViewState& state) {
   return lights;
 }
 
-void animate(ViewState& state, double seconds) {
+void animate(ViewState& state, double seconds, float levelSize) {
+  const float radius = std::min(0.8f, 0.1f * levelSize);
   for (ViewedLight& viewed : state.lights) {
     if (!viewed.orbits) continue;
     const auto angle = static_cast<float>(seconds);
     if (viewed.light.kind == LightKind::directional) {
       viewed.light.direction = glm::normalize(glm::vec3(0.8f * std::cos(angle), -0.75f, 0.8f * std::sin(angle)));
     } else {
-      viewed.light.positionWorld = viewed.home + glm::vec3(std::cos(angle) - 1.0f, 0.0f, std::sin(angle)) * 0.8f;
+      viewed.light.positionWorld = viewed.home + glm::vec3(std::cos(angle) - 1.0f, 0.0f, std::sin(angle)) * radius;
     }
   }
 }

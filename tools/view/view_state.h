@@ -148,7 +148,7 @@ std::vector<glm::mat4> movesOf(const ViewState& state);
 // The lights that are on.
 std::vector<Light> activeLights(const ViewState& state);
 
-// Move the lights that orbit to where they are at `seconds`.
-void animate(ViewState& state, double seconds);
+// Move the lights that orbit to where they are at `seconds`, in a level of that diagonal [m].
+void animate(ViewState& state, double seconds, float levelSize);
 
 }  // namespace relume

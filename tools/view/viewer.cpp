@@ -128,7 +128,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   setEmissions(state);
 
   const double linked = nowMs();
-  const bool isByRecords = state.records && records_;
+  const bool isByRecords = showsRecords(state);
   if (isByRecords) {
     double frameMs = 0.0;
     for (const auto& [pass, ms] : times_) frameMs += pass == kRecordsPass ? 0.0 : ms;
@@ -179,7 +179,7 @@ Status Viewer::draw(const ViewState& state, GLuint framebuffer, std::uint32_t wi
   times_ = {{"shadow maps", shadowed - begin}};
   if (live_) {
     times_.emplace_back("take light", linked - shadowed);
-  } else {
+  } else if (state.relight) {
     for (const PassTime& pass : relighter().passTimes()) times_.emplace_back(pass.pass, pass.ms);
   }
   if (isByRecords) times_.emplace_back(kRecordsPass, splat - linked);
@@ -216,8 +216,8 @@ Result<std::vector<glm::vec3>> Viewer::irradiance(const ViewState& state, std::u
 
 LevelView Viewer::viewOf(const FlyCamera& camera, float aspect) const {
   const float far = levelSize() + glm::length(camera.position - 0.5f * (level_.boundsMin() + level_.boundsMax()));
-  // 2 cm, but less in levels of a few centimetres.
-  return camera.view(aspect, std::max(std::min(0.02f, 8e-3f * far), 5e-4f * far), far);
+  // 2 cm: less in levels of a few centimetres, more in those of hundreds of metres, for depths of 24 bits.
+  return camera.view(aspect, std::max(std::min(0.02f, 8e-3f * far), 1e-4f * far), far);
 }
 
 // Depths alone, so that each pixel is shaded once.
@@ -233,7 +233,7 @@ void Viewer::drawDepths(const std::vector<glm::mat4>& moved, const LevelView& vi
 
 Status Viewer::drawLevel(const ViewState& state, const std::vector<Light>& lights, const std::vector<glm::mat4>& moved,
                          const LevelView& view, bool encode, bool hasCones) {
-  ShadingKind kind = shadingKind(state, records_ != nullptr, hasCones);
+  ShadingKind kind = shadingKind(state, showsRecords(state), hasCones);
   kind.edited = edits_ && edits_->isLit();
   const Result<GLuint> program = shading_.program(kind, live_ ? nullptr : &*gl_);
   if (!program) return program.error();
@@ -255,7 +255,8 @@ Status Viewer::drawLevel(const ViewState& state, const std::vector<Light>& light
   if (kind.cones) cones_->bind();
   if (kind.records) ViewRecords::bind(records_.get());
   level_.draw(view, state.gloss);
-  if (kind.records) ViewRecords::bind(nullptr);  // which show the level without what moves
+  // Records are of the level without what moves. Where static objects can be moved, none has been.
+  if (kind.records && !edits_) ViewRecords::bind(nullptr);
   level_.drawDynamic(view, moved, state.gloss);
   glDepthFunc(GL_LESS);
   glDepthMask(GL_TRUE);
@@ -274,6 +275,22 @@ std::optional<glm::vec3> Viewer::surfaceAt(const ViewState& state, const glm::ve
                         2.0 * static_cast<double>(depth) - 1.0, 1.0);
   const glm::dvec4 at = glm::inverse(glm::dmat4(view.clip)) * clip;
   return glm::vec3(glm::dvec3(view.originWorld) + glm::dvec3(at) / at.w);
+}
+
+std::optional<float> Viewer::distanceAhead(const ViewState& state) const {
+  const GlTexture color = makeTexture(GL_RGBA8, 1, 1), depth = makeTexture(GL_DEPTH_COMPONENT32F, 1, 1);
+  const GlFramebuffer framebuffer = GlFramebuffer::make();
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, color.name(), 0);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth.name(), 0);
+  glViewport(0, 0, 1, 1);
+  glEnable(GL_DEPTH_TEST);
+  glDepthMask(GL_TRUE);
+  glClear(GL_DEPTH_BUFFER_BIT);
+  drawDepths(movesOf(state), viewOf(state.camera, 1.0f));
+  const std::optional<glm::vec3> surface = surfaceAt(state, glm::vec2(0.0f), 1, 1);
+  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  return surface ? std::optional(glm::distance(*surface, state.camera.position)) : std::nullopt;
 }
 
 std::vector<std::pair<std::string, std::size_t>> Viewer::memory() const {

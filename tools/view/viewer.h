@@ -52,6 +52,9 @@ class Viewer {
   // there is no bake.
   Status makeRecords();
   const ViewRecords* records() const { return records_.get(); }  // null until then
+  // Whether they are found and shown: they are of the level as it was baked, and wait while static objects stand
+  // elsewhere.
+  bool showsRecords(const ViewState& state) const { return state.records && records_ && editedObjects(state) == 0; }
 
   // Draw into `framebuffer`. `encode`: the target takes what a screen shows, sRGB behind a
   // soft shoulder, else linear light, as `relume render` has it. Where the relighter refuses the
@@ -67,6 +70,10 @@ class Viewer {
   // What the framebuffer that is bound shows at a pixel, after draw() [m]; nothing for the sky. Row 0 is on top.
   std::optional<glm::vec3> surfaceAt(const ViewState& state, const glm::vec2& pixel, std::uint32_t width,
                                      std::uint32_t height) const;
+
+  // [m] To the surface in the middle of what the camera sees; nothing for the sky. Leaves the default framebuffer
+  // bound.
+  std::optional<float> distanceAhead(const ViewState& state) const;
 
   // Irradiance / pi [W/m²/sr] in the last frame's light at each pixel, row 0 on top, 0 where nothing is hit. Leaves the
   // default framebuffer bound. failed: a shader did not compile. [Size width * height]

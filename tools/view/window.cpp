@@ -258,7 +258,8 @@ void loop(Window& window, Session& session, FirstLight& firstLight) {
     isBusy = isBusy || window.isInUse();
     const double now = glfwGetTime();
     ViewState& state = session.state;
-    fly(window, session.flySpeed.metresPerSecond(), state.camera, static_cast<float>(now - last), cursor);
+    fly(window, session.flySpeed.metresPerSecond(), state.camera, static_cast<float>(session.frameSeconds(now - last)),
+        cursor);
     last = now;
     int windowWidth = 0, windowHeight = 0, width = 0, height = 0;
     glfwGetWindowSize(window.get(), &windowWidth, &windowHeight);
@@ -267,7 +268,7 @@ void loop(Window& window, Session& session, FirstLight& firstLight) {
     for (const std::string& warning : std::exchange(session.warnings, {}))
       std::fprintf(stderr, "relume-view: warning: %s\n", printableLines(warning).c_str());
     for (const InputEvent& event : window.takeEvents()) handle(event, window.get(), session);
-    animate(state, session.animationTime());
+    if (session.viewer) animate(state, session.animationTime(), session.viewer->levelSize());
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     window.replayMouse();
