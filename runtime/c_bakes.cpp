@@ -16,6 +16,11 @@ using relume::Result;
 using relume::Status;
 using namespace relume::c;
 
+std::string wrongVersion(unsigned int version) {
+  return "relume_context_desc.api_version is " + std::to_string(version) + ", this library's is " +
+         std::to_string(RELUME_API_VERSION) + ": set it to RELUME_API_VERSION, with headers of the library's release";
+}
+
 }  // namespace
 
 // ---- Contexts
@@ -33,13 +38,13 @@ relume_status relume_context_create(const relume_context_desc* desc, relume_cont
     }
     return status;
   };
-  if (read.api_version != RELUME_API_VERSION)
-    return refuse(RELUME_ERROR_USAGE, "relume_context_desc.api_version is not this library's");
-  if ((read.allocate == nullptr) != (read.deallocate == nullptr)) {
-    return refuse(RELUME_ERROR_USAGE,
-                  "relume_context_desc has one of allocate and deallocate, expected both or neither");
-  }
   try {
+    if (read.api_version != RELUME_API_VERSION)
+      return refuse(RELUME_ERROR_USAGE, wrongVersion(read.api_version).c_str());
+    if ((read.allocate == nullptr) != (read.deallocate == nullptr)) {
+      return refuse(RELUME_ERROR_USAGE,
+                    "relume_context_desc has one of allocate and deallocate, expected both or neither");
+    }
     const HostMemory memory(read.user, read.allocate, read.deallocate);
     const auto host =
         std::allocate_shared<Host>(HostAllocator<Host>(memory), Host{read.user, read.log, read.parallel_for, memory});

@@ -47,7 +47,7 @@ struct LiveGlNames {
 
 struct LiveLightOptions {
   BackendKind backend = BackendKind::cpu;
-  glm::vec3 boxMin{0.0f}, boxMax{0.0f};  // [m] where light is wanted; equal = the bounds of the parts
+  glm::vec3 boxMin{0.0f}, boxMax{0.0f};  // [m] where light is wanted; equal = the bounds of the parts' triangles
   // [8..64] on the box's longest side; a cache in each that has surfaces near. A voxel is a quarter of a cell, and
   // rays end in quarters of a voxel: what is thinner closes gaps beside it. Surfaces in one voxel share its light.
   std::uint32_t cells = 32;

@@ -27,7 +27,8 @@
 //
 // Range. The GL backend keeps the light of caches in halves, of whatever unit the lights are given in. Keep irradiance
 // under 60000: caches beyond that, in any direction, are dimmed as a whole to what halves hold. Light below about 1e-3
-// loses digits, below 1e-7 it is gone. The CPU backend has floats. Radiosity ends at 2^32 [W/m²] with either.
+// loses digits, below 1e-7 it is gone. The CPU backend keeps caches in the range of floats. What surfaces send on,
+// their radiosity, goes from 2^-40 to 2^32 [W/m²] with either backend, and loses digits below 2^-32, about 2e-10.
 #pragma once
 
 #include "relume/bake_data.h"
@@ -249,8 +250,9 @@ class Relighter {
   // never negative; zero where a coordinate is not finite, or a normal is not finite or longer than 2.
   // `normal` shades; `geometricNormal`, that of the receiver's own plane, says how much of its light the map's caches
   // have not seen where it leaves theirs: hand it over where normals are interpolated or mapped.
-  // In the grid a position may be anywhere: one outside reads the outermost points, as if clamped to the grid's box,
-  // however far away it is; without a grid all is zero.
+  // In the grid a position may be anywhere, however far away. One outside of the grid's box reads the points around the
+  // place in the box that is nearest to it; how much of each is seen, and which way it lies, counts from the position
+  // itself. Without a grid all is zero.
   [[nodiscard]] glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal,
                                                const glm::vec3& geometricNormal) const;
   [[nodiscard]] glm::vec3 irradianceOnLightmap(const glm::vec2& lightmapUv, const glm::vec3& normal) const;

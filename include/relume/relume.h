@@ -63,7 +63,8 @@ typedef enum relume_status {
 typedef enum relume_severity { RELUME_INFO = 0, RELUME_WARNING = 1, RELUME_ERROR = 2 } relume_severity;
 /* RELUME_BACKEND_GL keeps the light of caches in halves, of whatever unit the lights are given in: caches whose
  * irradiance in any direction exceeds about 60000 are dimmed as a whole to what halves hold; light below about 1e-3
- * loses digits, below 1e-7 it is gone. The CPU has floats. What surfaces send on ends at 2^32 [W/m^2] with either. */
+ * loses digits, below 1e-7 it is gone. RELUME_BACKEND_CPU keeps them in the range of floats. What surfaces send on goes
+ * from 2^-40 to 2^32 [W/m^2] with either backend, and loses digits below 2^-32, about 2e-10. */
 typedef enum relume_backend { RELUME_BACKEND_CPU = 0, RELUME_BACKEND_GL = 1 } relume_backend;
 typedef enum relume_light_kind { RELUME_DIRECTIONAL = 0, RELUME_POINT = 1, RELUME_SPOT = 2 } relume_light_kind;
 
@@ -317,7 +318,9 @@ RELUME_API relume_status relume_inherit(relume_relighter* relighter, const relum
 /* ---- Light ---- */
 
 /* Irradiance [W/m^2] at `count` receivers, three floats each. uvs: two floats each, from the light-map coordinates.
- * geometric_normals: of the receivers' planes, where normals are interpolated or mapped; NULL = normals. */
+ * geometric_normals: of the receivers' planes, where normals are interpolated or mapped; NULL = normals. positions may
+ * be anywhere: one outside of the grid's box reads the points around the nearest place in it; how much of each is seen,
+ * and which way it lies, counts from the position itself. */
 RELUME_API relume_status relume_irradiance_on_lightmap(const relume_relighter* relighter, size_t count,
                                                        const float* uvs, const float* normals,
                                                        const float* geometric_normals, float* irradiance);

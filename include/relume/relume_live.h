@@ -60,7 +60,7 @@ typedef struct relume_live_desc {
   size_t mesh_count;
   const relume_live_part* parts;
   size_t part_count;
-  float box_min[3], box_max[3]; /* [m] where light is wanted; equal = the bounds of the parts */
+  float box_min[3], box_max[3]; /* [m] where light is wanted; equal = the bounds of the parts' triangles */
   unsigned int cells;           /* [8..64] on the box's longest side; 0 = 32 */
   unsigned int rays_per_cell;   /* [8..4096] a frame; 0 = 64 */
   unsigned int surface_budget;  /* [voxels] that keep their sides; 0 = a quarter of the volume */

@@ -76,10 +76,10 @@ struct Surfaces {
   }
 };
 
-// A sphere around the vertices: about the middle of their box, which is a ball's own centre.
-void boundSphere(const MovingMesh& mesh, const glm::vec3& low, const glm::vec3& high, MovingShape& shape) {
+// A sphere around the triangles: about the middle of their box, which is a ball's own centre.
+void boundSphere(const VoxelMesh& mesh, const glm::vec3& low, const glm::vec3& high, MovingShape& shape) {
   shape.centre = 0.5f * (low + high);
-  for (const glm::vec3& p : mesh.position) shape.radius = std::max(shape.radius, glm::distance(p, shape.centre));
+  forCorners(mesh, [&](const glm::vec3& p) { shape.radius = std::max(shape.radius, glm::distance(p, shape.centre)); });
 }
 
 // Set the bits of what the triangles pass, and sum their surfaces by box and facing.
@@ -125,13 +125,13 @@ Result<MovingShape> makeShape(const MovingMesh& mesh, std::size_t index) {
   }
   const VoxelMesh voxelMesh{mesh.position, mesh.triangle, surfaces.ofTriangle};
   if (Status ok = checkVoxelMesh(voxelMesh, surfaces.surface.size()); !ok) return refused(index, ok.error().message);
-  glm::vec3 low = mesh.position[0], high = low;
-  for (const glm::vec3& p : mesh.position) {
+  glm::vec3 low = mesh.position[mesh.triangle[0].x], high = low;
+  forCorners(voxelMesh, [&](const glm::vec3& p) {
     low = glm::min(low, p);
     high = glm::max(high, p);
-  }
+  });
   MovingShape shape;
-  boundSphere(mesh, low, high, shape);
+  boundSphere(voxelMesh, low, high, shape);
   shape.grid = fitGrid(low, high, kShapeBricks);
   shape.bits.assign(shape.grid.cellCount(), 0);
   shape.boxes = (shape.grid.cells + (kPatchBricks - 1)) / kPatchBricks;

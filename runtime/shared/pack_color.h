@@ -3,7 +3,8 @@
 // shaders/lib/pack.glsl is the same arithmetic; a test runs both.
 //
 // Bits 0-8 red, 9-17 green, 18-25 blue, 26-31 exponent e: red and green are multiples of 2^(e-40), blue of 2^(e-39),
-// with e such that the largest channel has its leading bit set. That covers 2^-40 to 2^32, so that no unit overflows.
+// with e such that the largest channel has its leading bit set. That covers 2^-40 to 2^32, so that no unit overflows;
+// below 2^-32 there are fewer bits.
 // Rounding is dithered: down after adding `dither` of [0,1). With dithers that are spread evenly, means of many packed
 // colours have no error where each has up to 0.4 %.
 #pragma once

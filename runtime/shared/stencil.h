@@ -146,7 +146,8 @@ inline float wrapWeight(float cosine) {
 
 // visit(cache, corner, visible, toward) for each cache of the grid around a position: the weight of its corner, how
 // much of it is seen from there (formats/grid_depth.h), and the way from the position to it [m]. At most sixteen;
-// points without a cache are left out. Needs a grid.
+// points without a cache are left out. Needs a grid. A position outside of it has the corners of the nearest place
+// in it, but sight and way from where it is itself: a level's outer walls lie there, half a cell off.
 template <class Visit>
 void visitGridPoints(const PackedCaches& caches, const glm::vec3& positionWorld, const Visit& visit) {
   const PackedGrid& grid = caches.grid();

@@ -59,6 +59,15 @@ class TriangleSnapper {
   std::vector<std::array<glm::ivec3, 3>> stack_;
 };
 
+// visit(position) of each corner of each triangle, of a mesh that has passed checkVoxelMesh(). Bounds of a mesh are
+// those of its corners, not of all its vertices: sub-meshes may share a vertex buffer, of which each uses a part.
+template <class Visit>
+void forCorners(const VoxelMesh& mesh, const Visit& visit) {
+  for (const glm::uvec3& index : mesh.triangle) {
+    for (int k = 0; k < 3; ++k) visit(mesh.position[index[k]]);
+  }
+}
+
 // All triangles of a mesh that has passed checkGeometry(), whatever their surfaces cover.
 bool snapTriangles(const VolumeGrid& grid, const SnapBox& box, const VoxelMesh& mesh, const glm::mat4x3& toWorld,
                    std::vector<SnappedTriangle>& snapped, SnapCounts& counts);

@@ -10,6 +10,7 @@
 #include "runtime/shared/stopwatch.h"
 #include "runtime/voxels/check_geometry.h"
 #include "runtime/voxels/packed_mesh.h"
+#include "runtime/voxels/snap_triangles.h"
 
 #include <glm/geometric.hpp>
 
@@ -34,7 +35,7 @@ glm::vec3 placed(const glm::mat4x3& toWorld, const glm::vec3& p) {
   return toWorld[0] * p.x + toWorld[1] * p.y + toWorld[2] * p.z + toWorld[3];
 }
 
-// The bounds of all parts where they stand; nothing without vertices.
+// The bounds of all parts where they stand; nothing without triangles.
 struct Bounds {
   glm::vec3 min{0.0f}, max{0.0f};
   bool empty = true;
@@ -43,12 +44,12 @@ struct Bounds {
 Bounds boundsOf(const VoxelGeometry& geometry) {
   Bounds bounds;
   for (const VoxelPart& part : geometry.parts) {
-    for (const glm::vec3& p : geometry.meshes[part.mesh].position) {
+    forCorners(geometry.meshes[part.mesh], [&](const glm::vec3& p) {
       const glm::vec3 world = glm::clamp(placed(part.toWorld, p), -kMaxCoordinate, kMaxCoordinate);
       bounds.min = bounds.empty ? world : glm::min(bounds.min, world);
       bounds.max = bounds.empty ? world : glm::max(bounds.max, world);
       bounds.empty = false;
-    }
+    });
   }
   return bounds;
 }

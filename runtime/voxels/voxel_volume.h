@@ -41,7 +41,7 @@ struct PackedGeometry;
 inline constexpr std::uint32_t kNoSide = 0xFFFFFFFFu;
 
 struct VoxelOptions {
-  glm::vec3 boxMin{0.0f}, boxMax{0.0f};  // [m] where light is wanted; equal = the bounds of the parts
+  glm::vec3 boxMin{0.0f}, boxMax{0.0f};  // [m] where light is wanted; equal = the bounds of the parts' triangles
   float margin = 0.5f;                   // [voxel] [>= 0.5] free around that: fitGrid()
   std::uint32_t cells = 32;              // [8..64] on the longest side; four times as many voxels (CRC: 32)
   std::uint32_t surfaceBudget =

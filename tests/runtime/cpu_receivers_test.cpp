@@ -165,7 +165,6 @@ TEST(ResolveLightmap, betweenCachesThatLookApartAUniformWorldIsStillUniform) {
   }
 }
 
-// A grid of 2 x 1 x 1 points one metre apart, full spheres of constant radiance 1 and 3.
 TEST(Resolve, receiversThatAreNowhereReadNothingAndAllOthersFiniteLight) {
   const Bake bake = test::makeBakeWithBricks({4, 3, 4}, true, true);
   RelightOptions options;
@@ -213,6 +212,7 @@ TEST(Resolve, receiversThatAreNowhereReadNothingAndAllOthersFiniteLight) {
   EXPECT_GT(lit, 50u);
 }
 
+// A grid of 2 x 1 x 1 points one metre apart, full spheres of constant radiance 1 and 3.
 TEST(ResolveGrid, interpolatesClampsAndWeighsByNormal) {
   Caches caches;
   caches.positionWorld = std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}};
@@ -234,6 +234,10 @@ TEST(ResolveGrid, interpolatesClampsAndWeighsByNormal) {
   const float behind = 0.05f * 0.05f;
   EXPECT_NEAR(irradianceInGrid(test::packed(caches), light, {0.5f, 0, 0}, {1, 0, 0}).g,
               pi * (3.0f + behind) / (1.0f + behind), 1e-3f);
+  // Outside of the grid the way to its points begins at the position itself, here 1 m above their middle.
+  const float cosine = 0.5f / std::sqrt(1.25f), back = wrapWeight(-cosine), ahead = wrapWeight(cosine);
+  EXPECT_NEAR(irradianceInGrid(test::packed(caches), light, {0.5f, 1, 0}, {1, 0, 0}).g,
+              pi * (back + 3.0f * ahead) / (back + ahead), 1e-3f);
   caches.grid.cache = std::vector<std::uint32_t>{0, kNoCache};
   EXPECT_NEAR(irradianceInGrid(test::packed(caches), light, {0.9f, 0, 0}, side).g, pi, 1e-3f);
   caches.grid.cache = std::vector<std::uint32_t>{kNoCache, kNoCache};

@@ -460,35 +460,5 @@ TEST(MovingParts, theBrightestLampStaysFinite) {
   }
 }
 
-TEST(MovingShapes, refusesMeshesByName) {
-  const test::Ball ball(0.5f, 16);
-  const glm::vec3 grey(0.5f), bright(1.5f), nan(std::numeric_limits<float>::quiet_NaN());
-  const std::vector<glm::vec3> three(3, grey);
-  std::vector<glm::vec3> broken = ball.position;
-  broken[7].x = nan.x;
-  const glm::uvec3 outside(0, 1, 100000);
-  const auto refuses = [&](const MovingMesh& mesh, const std::string& word) {
-    const MovingMesh meshes[2] = {{ball.position, ball.triangle, {&grey, 1}}, mesh};
-    const Result<MovingShapes> made = MovingShapes::create(meshes);
-    ASSERT_FALSE(made) << word;
-    EXPECT_EQ(made.error().code, ErrorCode::usage);
-    EXPECT_TRUE(made.error().message.starts_with("moving mesh 1: ")) << made.error().message;
-    EXPECT_EQ(made.error().message.find("mesh 0"), std::string::npos) << made.error().message;
-    EXPECT_NE(made.error().message.find(word), std::string::npos) << made.error().message;
-  };
-  refuses({ball.position, {}, {&grey, 1}}, "no triangles");
-  refuses({ball.position, ball.triangle, {}}, "albedos");
-  refuses({ball.position, ball.triangle, three}, "3 albedos");
-  refuses({ball.position, ball.triangle, {&grey, 1}, three}, "3 emissions");
-  refuses({ball.position, ball.triangle, {&bright, 1}}, ": albedo (1.5");
-  std::vector<glm::vec3> each(ball.triangle.size(), grey);
-  each[5] = bright;
-  refuses({ball.position, ball.triangle, each}, ": triangle 5: albedo (1.5");
-  refuses({ball.position, ball.triangle, {&grey, 1}, {&nan, 1}}, "emission");
-  refuses({broken, ball.triangle, {&grey, 1}}, "vertex 7");
-  refuses({ball.position, {&outside, 1}, {&grey, 1}}, "triangle 0");
-  EXPECT_TRUE(MovingShapes::create({}));
-}
-
 }  // namespace
 }  // namespace relume

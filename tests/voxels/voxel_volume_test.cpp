@@ -255,6 +255,28 @@ TEST(VoxelVolume, nothingAndDegenerateThingsAreTaken) {
   EXPECT_GT(volume->stats().outside, 0u);
 }
 
+// Sub-meshes may share a vertex buffer, of which each uses a part.
+TEST(VoxelVolume, itsBoxIsThatOfTheTriangles) {
+  VoxelLevel level;
+  level.addBox({-4, -4, -4}, {4, 4, 4}, true);
+  level.parts[0].toWorld[3] = {1, 2, 3};
+  VoxelOptions options;
+  options.cells = 8;
+  const auto alone = VoxelVolume::create(level.geometry(), options);
+  VoxelLevel::Mesh& mesh = level.meshes[0];
+  mesh.position.insert(mesh.position.begin(), {300, 0, 0});
+  mesh.position.push_back({0, -200, 0});
+  for (glm::uvec3& index : mesh.triangle) index += 1u;
+  level.meshes.push_back({{{0, 0, 90}}, {}, {}});
+  level.parts.push_back({1, glm::mat4x3(1.0f), false});
+  const auto shared = VoxelVolume::create(level.geometry(), options);
+  ASSERT_TRUE(alone && shared);
+  EXPECT_EQ(shared->grid().originWorld, alone->grid().originWorld);
+  EXPECT_EQ(shared->grid().voxel, alone->grid().voxel);
+  EXPECT_EQ(shared->grid().cells, alone->grid().cells);
+  EXPECT_TRUE(std::equal(shared->bits().begin(), shared->bits().end(), alone->bits().begin(), alone->bits().end()));
+}
+
 TEST(VoxelVolume, badInputIsNamed) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const auto refuses = [](const std::function<void(VoxelLevel&, VoxelOptions&)>& spoil, const std::string& text) {
