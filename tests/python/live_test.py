@@ -59,7 +59,7 @@ class Live(unittest.TestCase):
         light.edit({1: None})
         self.assertLess(light.info.voxels, walls)
         self.assertGreater(lit(None).min(), 0.1)
-        light.edit({1: numpy.eye(4)})
+        light.edit({1: numpy.diag((1, 1, 1, 1 + 1e-6))})  # rounded
         self.assertEqual(light.info.voxels, walls)
         self.assertLess(lit(behind_the_wall).max(), 1e-3)
 
@@ -116,6 +116,8 @@ class Live(unittest.TestCase):
         with self.assertRaisesRegex(KeyError, 'no shadow map'):
             light.update([LAMP], lambda *_: {}['no shadow map'])
         wrong = relume.Mesh([(0, 0, 0)], [(0, 0, 1)])
+        rows = numpy.eye(4)  # a matrix for rows, its place in the last
+        rows[3, :3] = 4, 1.5, -1
         for text, call in (('triangle', lambda: relume.LiveLight(SURFACES, [wrong], [relume.Part(0)])),
                            ('7 cells', lambda: rooms(cells=7)), ('part', lambda: light.edit({2: None})),
                            ('keep', lambda: light.update(keep=1.0)), ('eye', lambda: light.centre((0, float('nan'), 0)))):
@@ -128,7 +130,11 @@ class Live(unittest.TestCase):
                            ('parts: a whole number', lambda: light.edit({2 ** 32: None})),
                            (r'parts\[0\].mesh: a whole', lambda: rooms(parts=[-1])),
                            ('ray_set: a whole number', lambda: light.update(ray_set=2 ** 32)),
-                           ('matrix', lambda: light.edit({1: numpy.eye(3)})), ('sky_map', lambda: light.update(sky_map=[UP])),
+                           ('matrix', lambda: light.edit({1: numpy.eye(3)})),
+                           (r'parts\[1\]: .*last row .* \(4.0, 1.5, -1.0, 1.0\) found; transpose', lambda: light.edit({1: rows})),
+                           ('last row', lambda: light.edit({1: numpy.diag((1, 1, 1, 0.5))})),
+                           ('last row', lambda: light.edit({1: numpy.diag((1, 1, 1, numpy.nan))})),
+                           ('sky_map', lambda: light.update(sky_map=[UP])),
                            ('positions', lambda: light.irradiance(UP, UP))):
             with self.assertRaisesRegex(ValueError, text):
                 call()

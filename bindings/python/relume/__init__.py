@@ -206,7 +206,8 @@ class Relighter(Handle):
             self._call(runtime.relume_inherit, bake, before)
 
     def irradiance_in_grid(self, positions: ArrayLike, normals: ArrayLike, out: Floats | None = None) -> Floats:
-        """Irradiance [W/m2] at points anywhere, by the grid. (n, 3)"""
+        """Irradiance [W/m2] at points anywhere, by the grid. (n, 3) One outside of the grid's box reads the grid points around the
+        nearest place in it; how much of each is seen, and which way it lies, counts from the point itself."""
         p, n = floats('positions', positions, 3), floats('normals', normals, 3)
         same_length(positions=p, normals=n)
         out = output('out', out, p.shape)
@@ -295,7 +296,7 @@ class Relighter(Handle):
 
     def ambient_volume(self, origin: ArrayLike, spacing: ArrayLike, resolution: Sequence[int], out: Floats | None = None) -> Floats:
         """Irradiance for +x, -x, +y, -y, +z, -z at the points of a lattice of (x, y, z) points: (z, y, x, 6, 3)."""
-        x, y, z = (whole('resolution', int(r)) for r in resolution)
+        x, y, z = (whole('resolution', r) for r in resolution)
         if min(x, y, z) < 1:
             raise ValueError(f'resolution: 1 point an axis and more expected, {tuple(resolution)} found')
         out = output('out', out, (z, y, x, 6, 3))

@@ -84,6 +84,10 @@ def axes(name, matrix):
     array = numpy.eye(4) if matrix is None else numpy.asarray(matrix, dtype=numpy.float32)
     if array.shape not in ((3, 4), (4, 4)):
         raise ValueError(f'{name}: a matrix of shape (3, 4) or (4, 4) expected, {array.shape} found')
+    for row in array[3:].tolist():
+        if not all(abs(number - expected) <= 1e-5 for number, expected in zip(row, (0, 0, 0, 1))):
+            raise ValueError(f'{name}: a matrix whose last row is (0, 0, 0, 1) expected, {tuple(row)} found; '
+                             'transpose it, if its columns are rows')
     return (c_float * 12)(*array[:3].T.ravel().tolist())
 
 

@@ -1,16 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""What the library makes and destroys, and the threads that it runs on."""
-import collections
-import concurrent.futures
+"""What the library makes and destroys."""
 import contextlib
-import os
-import threading
 from ctypes import byref, c_void_p, sizeof
 from typing import Any, TypeVar
 
 from ._arrays import whole
 from ._library import API_VERSION, ContextDesc, ParallelFor, RelumeError, runtime
 from ._signals import HeldSignals
+from ._threads import Threads
 
 Self = TypeVar('Self', bound='Handle')
 
@@ -89,50 +86,6 @@ def opened(name, value, kind):
     return value._open()
 
 
-class Batch:
-    """Tasks of one call, which its own thread and workers take."""
-
-    def __init__(self, tasks, task, data):
-        self._waiting, self._ended, self._tasks = collections.deque(range(tasks)), [], tasks
-        self._task, self._data = task, data
-        self.done = threading.Event()
-        if tasks == 0:
-            self.done.set()
-
-    def work(self):
-        while True:
-            try:
-                index = self._waiting.popleft()
-            except IndexError:
-                return
-            self._task(self._data, index)
-            self._ended.append(index)
-            if len(self._ended) == self._tasks:
-                self.done.set()
-
-
-class Threads:
-    """Workers beside the threads that ask for them, begun when there are tasks."""
-
-    def __init__(self, workers):
-        self._workers = workers
-        self._begin()
-
-    def _begin(self):
-        self._process, self._pool = os.getpid(), concurrent.futures.ThreadPoolExecutor(self._workers)
-
-    def run(self, _, tasks, task, data):
-        """All tasks are done when this returns: they use memory of the call that asked for them."""
-        if self._process != os.getpid():  # a fork has none of the threads
-            self._begin()
-        batch = Batch(tasks, task, data)
-        with contextlib.suppress(RuntimeError):  # the interpreter is about to end, and takes no more work
-            for _ in range(min(self._workers, tasks - 1)):
-                self._pool.submit(batch.work)
-        batch.work()  # all workers may wait for this call: it may come from a `visibility` that one of them runs
-        batch.done.wait()
-
-
 class Context(Handle):
     """Errors of loading, and the threads that relighters of its bakes run on."""
     _destroy = staticmethod(runtime.relume_context_destroy)
@@ -141,7 +94,8 @@ class Context(Handle):
     def __init__(self, threads):
         if not 1 <= whole('threads', threads) <= 1024:
             raise ValueError(f'threads: 1 to 1024 expected, {threads} found')
-        self._parallel_for = ParallelFor(Threads(threads - 1).run) if threads > 1 else None  # while the library may call it
+        self._threads = Threads(threads - 1) if threads > 1 else None
+        self._parallel_for = ParallelFor(self._threads.parallel_for) if self._threads else None  # while the library may call it
         desc = ContextDesc(struct_size=sizeof(ContextDesc), api_version=API_VERSION)
         if self._parallel_for:
             desc.parallel_for = self._parallel_for
@@ -152,8 +106,8 @@ class Context(Handle):
 
     def run(self, function, *arguments, signals=None):
         """A function of the library. signals: where it calls the host's own code; it also calls back where there are threads."""
-        if self._parallel_for and signals is None:
-            signals = HeldSignals()
+        if self._threads:
+            return (signals or HeldSignals()).call(self._threads.call, function, *arguments)
         return signals.call(function, *arguments) if signals else function(*arguments)
 
     def _call(self, function, *arguments):

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ._arrays import ByValue, Floats, three, whole
 from ._library import CLight, LightSetup, Visibility, runtime
-from ._signals import HeldSignals
+from ._signals import HeldSignals, counted
 
 _DIRECTIONAL, _POINT, _SPOT = 0, 1, 2
 Shadows = Callable[[int, Floats, Floats], ArrayLike]  # light, positions, normals: shares of the light that reach them
@@ -60,13 +60,15 @@ class Frame:
             if not isinstance(light, Light):
                 raise TypeError(f'lights[{i}]: a Light expected, {type(light).__name__} found')
         self.kept, self.handles, self.raised, self.signals = [], [], [], None
+        self._asked, self._answered = None, []  # calls of `visibility`
         self.setup = LightSetup()
         runtime.relume_light_setup_default(byref(self.setup), sizeof(self.setup))
         self.setup.lights = (CLight * len(lights))(*[light._c() for light in lights])
         self.setup.light_count = len(lights)
         if visibility is not None:
             self.signals = HeldSignals()
-            self.setup.visibility = Visibility(_visibility_call(visibility, self.raised, self.signals))
+            self._asked = counted(_visibility_call(visibility, self._answered, self.raised, self.signals))
+            self.setup.visibility = Visibility(self._asked)
 
     def run(self, light, function, *arguments):
         """A function of the library that takes the handle of `light` first; what `visibility` has raised comes out here."""
@@ -75,24 +77,30 @@ class Frame:
             status = light._context.run(function, handle, *arguments, signals=self.signals)
             if self.raised:
                 raise self.raised.pop(0)  # not kept: its traceback keeps this Frame
+            if self._asked and self._asked.cache_info().misses > len(self._answered):
+                raise RuntimeError('an exception, which sys.unraisablehook was told, came before `visibility` had begun: some points '
+                                   'are in shadow; reset() forgets that light')
             light._check(status)
 
 
-def _visibility_call(visibility, raised, signals):
+def _visibility_call(visibility, answered, raised, signals):
     """`visibility` as the library calls it; what it raises goes to `raised`, as no exception may cross the library."""
 
     def call(_, light, count, positions, normals, visible):
-        if raised:
-            return
         try:
-            points = [numpy.ctypeslib.as_array(p, (count, 3)) for p in (positions, normals)]
-            for view in points:
-                view.flags.writeable = False
-            shares = signals.host(visibility, light, *points)
-            if shares is None:  # numpy would take it for NaN
-                raise TypeError(f'visibility returned None, shares of shape ({count},) expected')
-            numpy.ctypeslib.as_array(visible, (count,))[:] = shares
+            if not raised:
+                answer(light, count, positions, normals, visible)
+            answered.append(light)
         except BaseException as error:  # pylint: disable=broad-except
             raised.append(error)
+
+    def answer(light, count, positions, normals, visible):
+        points = [numpy.ctypeslib.as_array(p, (count, 3)) for p in (positions, normals)]
+        for view in points:
+            view.flags.writeable = False
+        shares = signals.host(visibility, light, *points)
+        if shares is None:  # numpy would take it for NaN
+            raise TypeError(f'visibility returned None, shares of shape ({count},) expected')
+        numpy.ctypeslib.as_array(visible, (count,))[:] = shares
 
     return call

@@ -1,12 +1,18 @@
 # SPDX-License-Identifier: MIT
 """Signals while the library runs. Python runs their handlers where a function begins, also where the library calls one: what they
 raise there, such as Ctrl-C's KeyboardInterrupt, would be dropped by ctypes, and the call with it."""
+import functools
 import signal
+from _signal import getsignal  # that of `signal` makes an enum for each, which takes longer than a small call of the library
 from threading import get_ident
 
-# Those that ask a program to end or to give up, whose handlers raise.
-_NAMES = ('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGQUIT', 'SIGBREAK', 'SIGALRM', 'SIGXCPU', 'SIGUSR1', 'SIGUSR2')
-_SIGNALS = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
+_SIGNALS = [int(number) for number in signal.valid_signals()]
+
+
+def counted(function):
+    """`function`, whose calls cache_info().misses counts: in C code, before an exception can strike where the function begins, which
+    ctypes would drop with the call."""
+    return functools.lru_cache(maxsize=0)(function)
 
 
 class HeldSignals:
@@ -36,7 +42,7 @@ class HeldSignals:
 
     def _begin(self):
         for number in _SIGNALS:
-            handler = signal.getsignal(number)
+            handler = getsignal(number)
             if callable(handler):
                 try:
                     self._handlers[number] = handler
@@ -53,7 +59,7 @@ class HeldSignals:
     def _end(self):
         try:
             for number, handler in self._handlers.items():
-                if signal.getsignal(number) == self._take:  # else the host has set another one meanwhile
+                if getsignal(number) == self._take:  # else the host has set another one meanwhile
                     signal.signal(number, handler)
         finally:
             self._hold = False  # from now on what still calls _take, such as the host's new one, gets through
