@@ -181,26 +181,42 @@ function(relume_add_test name timeout)
   endif()
 endfunction()
 
+# One of these cases of a google-test program alone. A case that is not there is no case that passed.
+function(relume_add_test_of_cases name timeout program)
+  list(JOIN ARGN ":" cases)
+  relume_add_test(${name} "${timeout}" ${program} --gtest_filter=${cases})
+  list(LENGTH ARGN count)
+  set(fewer 0)
+  foreach(i RANGE 1 ${count})
+    if(i LESS count)
+      string(APPEND fewer "|${i}")
+    endif()
+  endforeach()
+  set_tests_properties(${name} PROPERTIES FAIL_REGULAR_EXPRESSION "Running (${fewer}) tests? from")
+endfunction()
+
 # A google-test program named test_<name>, registered with ctest. Target relume_tests builds all of them but those of
 # NUMBERS, and nothing else.
 # NUMBERS: it measures at length what code gives that other tests walk as well; target relume_numbers builds it, and the
 # sanitizers see it in long runs alone (label `numbers`). LENGTHY: cases of which the same is true; they are test
 # <name>_at_length. LONG: the release suite sees those numbers in long runs alone as well (label `long`).
+# THREADS: the cases that run on more than one thread, all that the sanitizer of threads sees.
 # UNSANITIZED: cases that are the release build's, and the sanitizers' in long runs alone: they take these long, and walk
 # what others do.
 # FAULTS: what becomes of bad input and of systems that fail. Where the sanitizers see it the release suite need not, but in
 # long runs (label `faults`).
-# COMMANDS: it runs programs as users do, the release build's. What these call the sanitizers see in tests of its room, and
-# the programs themselves where input is bad and in long runs (label `commands`); UNSANITIZED says nothing more of them.
+# COMMANDS: it runs program `relume`, which is built before it, as users do; its path is RELUME_BINARY. Such tests, and those of the
+# rooms that draw and compare (RELUME_TOOL_ROOMS), are the release build's: label `tools`. What commands call the sanitizers see in
+# tests of its room, and the programs themselves in long runs. UNSANITIZED says nothing more of them.
 # TOGETHER: the program is test_<TOGETHER>, which other tests of the room share: their headers are parsed once, which is most of what a file
 # of a test costs, and it is linked once. Those that measure (NUMBERS) share none with the others, as not every build has them.
+set(RELUME_TOOL_ROOMS relume_render relume_compare relume_lights_file relume_viewer relume_gl_scene relume_gl_splat)
 function(relume_test name)
-  cmake_parse_arguments(T "NUMBERS;LONG;FAULTS;COMMANDS" "TIMEOUT;TOGETHER" "SOURCES;LIBS;LENGTHY;UNSANITIZED" ${ARGN})
+  cmake_parse_arguments(T "NUMBERS;LONG;FAULTS;COMMANDS" "TIMEOUT;TOGETHER" "SOURCES;LIBS;LENGTHY;UNSANITIZED;THREADS" ${ARGN})
   if(RELUME_SANITIZE)
     list(APPEND T_LENGTHY ${T_UNSANITIZED})
   endif()
-  # A sanitizer of threads has nothing to find in programs of one thread.
-  if(RELUME_SANITIZE STREQUAL "thread" AND NOT "Threads::Threads" IN_LIST T_LIBS)
+  if(RELUME_SANITIZE STREQUAL "thread" AND NOT T_THREADS)
     return()
   endif()
   set(program test_${name})
@@ -230,23 +246,32 @@ function(relume_test name)
   endif()
   target_link_libraries(${program} PRIVATE ${T_LIBS})
   relume_compile_together(${program})
+  set(tools ${T_COMMANDS})
+  foreach(room ${RELUME_TOOL_ROOMS})
+    if(room IN_LIST T_LIBS)
+      set(tools TRUE)
+    endif()
+  endforeach()
+  if(T_COMMANDS)
+    add_dependencies(${program} relume)
+    target_compile_definitions(${program} PRIVATE RELUME_BINARY="$<TARGET_FILE:relume>")
+  endif()
   set(labels numbers)
   if(T_LONG)
     list(APPEND labels long)
   endif()
-  if(T_NUMBERS OR (T_COMMANDS AND RELUME_SANITIZE))
+  if(T_NUMBERS OR (tools AND RELUME_SANITIZE))
     add_dependencies(relume_numbers ${program})
   else()
     add_dependencies(relume_tests ${program})
   endif()
-  if(T_LENGTHY)
+  if(RELUME_SANITIZE STREQUAL "thread")
+    relume_add_test_of_cases(${name} "${T_TIMEOUT}" ${program} ${T_THREADS})
+  elseif(T_LENGTHY)
     list(JOIN T_LENGTHY ":" lengthy)
     relume_add_test(${name} "${T_TIMEOUT}" ${program} ${cases} --gtest_filter=-${lengthy})
-    relume_add_test(${name}_at_length "${T_TIMEOUT}" ${program} --gtest_filter=${lengthy})
-    # A case that is not there is no case that passed.
-    list(LENGTH T_LENGTHY count)
-    math(EXPR fewer "${count} - 1")
-    set_tests_properties(${name}_at_length PROPERTIES LABELS "${labels}" FAIL_REGULAR_EXPRESSION "Running [0-${fewer}] tests? from")
+    relume_add_test_of_cases(${name}_at_length "${T_TIMEOUT}" ${program} ${T_LENGTHY})
+    set_tests_properties(${name}_at_length PROPERTIES LABELS "${labels}")
   else()
     relume_add_test(${name} "${T_TIMEOUT}" ${program} ${cases})
   endif()
@@ -254,8 +279,8 @@ function(relume_test name)
     set_tests_properties(${name} PROPERTIES LABELS "${labels}")
   elseif(T_FAULTS)
     set_tests_properties(${name} PROPERTIES LABELS faults)
-  elseif(T_COMMANDS)
-    set_tests_properties(${name} PROPERTIES LABELS commands)
+  elseif(tools)
+    set_tests_properties(${name} PROPERTIES LABELS tools)
   endif()
 endfunction()
 

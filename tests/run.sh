@@ -52,10 +52,10 @@ fi
 [ "$sanitizers" -eq 1 ] || exit 0
 
 # The long runs are of the release build; the sanitizers see the default suite, and without --long neither the tests that
-# measure numbers nor those that run commands as users do (labels `numbers` and `commands`).
+# measure numbers nor those of the tools (labels `numbers` and `tools`).
 export RELUME_LONG_TESTS=0
 tests=(relume_tests)
-if [ "$long" -eq 1 ]; then tests+=(relume_numbers); else without=(--label-exclude '^(numbers|commands)$'); fi
+if [ "$long" -eq 1 ]; then tests+=(relume_numbers); else without=(--label-exclude '^(numbers|tools)$'); fi
 step "threads: TSan"
 cmake --preset tsan -DRELUME_BUILD_TESTS=ON
 cmake --build build/tsan --parallel "$(nproc)" --target "${tests[@]}"
