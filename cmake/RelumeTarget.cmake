@@ -199,7 +199,8 @@ endfunction()
 # NUMBERS, and nothing else.
 # NUMBERS: it measures at length what code gives that other tests walk as well; target relume_numbers builds it, and the
 # sanitizers see it in long runs alone (label `numbers`). LENGTHY: cases of which the same is true; they are test
-# <name>_at_length. LONG: the release suite sees those numbers in long runs alone as well (label `long`).
+# <name>_at_length. LONG: the release suite sees those cases, or without any all
+# of them, in long runs alone as well (label `long`).
 # THREADS: the cases that run on more than one thread, all that the sanitizer of threads sees.
 # UNSANITIZED: cases that are the release build's, and the sanitizers' in long runs alone: they take these long, and walk
 # what others do.
@@ -275,7 +276,9 @@ function(relume_test name)
   else()
     relume_add_test(${name} "${T_TIMEOUT}" ${program} ${cases})
   endif()
-  if(T_NUMBERS)
+  if(T_NUMBERS AND T_LENGTHY)
+    set_tests_properties(${name} PROPERTIES LABELS numbers)
+  elseif(T_NUMBERS)
     set_tests_properties(${name} PROPERTIES LABELS "${labels}")
   elseif(T_FAULTS)
     set_tests_properties(${name} PROPERTIES LABELS faults)
