@@ -134,6 +134,7 @@ TEST_F(WindowEditing, aLightIsDraggedUndoneSavedRemovedAndLoaded) {
   screen_.press("ctrl+s");
   EXPECT_TRUE(screen_.waitFor([&](const ScreenPicture& p) { return p.share(isErrorText) > told + 1e-4; }))
       << "no second error";
+  screenshot();  // after which the file is not being saved
   EXPECT_EQ(readAll(at("lights.json")), damaged);
   EXPECT_EQ(saved().at(0).positionWorld, aside);
 
