@@ -186,12 +186,11 @@ function(relume_add_test_of_cases name timeout program)
   list(JOIN ARGN ":" cases)
   relume_add_test(${name} "${timeout}" ${program} --gtest_filter=${cases})
   list(LENGTH ARGN count)
-  set(fewer 0)
-  foreach(i RANGE 1 ${count})
-    if(i LESS count)
-      string(APPEND fewer "|${i}")
-    endif()
+  math(EXPR last "${count} - 1")
+  foreach(i RANGE ${last})
+    list(APPEND fewer ${i})
   endforeach()
+  list(JOIN fewer "|" fewer)
   set_tests_properties(${name} PROPERTIES FAIL_REGULAR_EXPRESSION "Running (${fewer}) tests? from")
 endfunction()
 
@@ -199,8 +198,8 @@ endfunction()
 # NUMBERS, and nothing else.
 # NUMBERS: it measures at length what code gives that other tests walk as well; target relume_numbers builds it, and the
 # sanitizers see it in long runs alone (label `numbers`). LENGTHY: cases of which the same is true; they are test
-# <name>_at_length. LONG: the release suite sees those cases, or without any all
-# of them, in long runs alone as well (label `long`).
+# <name>_at_length. LONG: the release suite sees those cases in long runs alone as
+# well (label `long`); without any of LENGTHY, all of NUMBERS.
 # THREADS: the cases that run on more than one thread, all that the sanitizer of threads sees.
 # UNSANITIZED: cases that are the release build's, and the sanitizers' in long runs alone: they take these long, and walk
 # what others do.

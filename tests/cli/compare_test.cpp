@@ -83,8 +83,7 @@ TEST(CompareParts, eachChangeIsToldApartByName) {
                 "node \"twin\" moved", "node \"moved\" moved", "node \"reshaped\": geometry of mesh \"mesh\" changed",
                 "node \"painted\": material \"m\" changed", "node \"swapped\": material was \"m\", is \"n\"",
                 "node \"tuned\": extras.relume (bake mode, texel density), whether it counts as solid or mirrored, or "
-                "its number "
-                "among the node's primitives or instances changed",
+                "its number among the node's primitives or instances changed",
                 "node \"new\" added", "node \"gone\" removed"}));
   EXPECT_TRUE(compareParts(before, before).empty());
 }
