@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // What moving parts hide of the links of each cache, and what they give in its place: OccludeLinks of
-// runtime/cpu/occlude_links.h, which says how and which a test compares. The change is one cone of light a cache, which
-// light_caches.comp adds to its sums, in this frame and until the cache's next turn. A work group of RELUME_THREADS lists
-// those of its RELUME_CACHES caches that are near a part and have their turn, then cuts the links of each into RELUME_LANES
-// shares, which its threads take in turn. RELUME_LINK_KIND:
-// lib/link_sums.glsl.
+// runtime/cpu/occlude_links.h, which says how and which a test compares. The change is two cones of light a cache, of what
+// is near and of lamps farther off, which light_caches.comp adds to its sums, in this frame and until the cache's next
+// turn. A work group of RELUME_THREADS lists those of its RELUME_CACHES caches that are near a part, or in a lamp's reach,
+// and have their turn. Then it cuts the links of each into RELUME_LANES shares, which its threads take in turn: in a first
+// round for what is near, in one more for each lamp. RELUME_LINK_KIND: lib/link_sums.glsl.
 #include "shared/layout.h"
 #include "lib/pack.glsl"
 #include "lib/color.glsl"
@@ -42,78 +42,13 @@ layout(std430, binding = RELUME_SLOT_SENDER_POINTS) readonly buffer Points { uin
 layout(std430, binding = RELUME_SLOT_SHAPES) readonly buffer Shapes { uint shapeWord[]; };
 layout(std430, binding = RELUME_SLOT_MOVING_LIGHT) buffer MovingLight { vec4 movingLight[]; };
 
+#include "lib/near_parts.glsl"
 #include "lib/shape_march.glsl"
 
-// The constants of runtime/cpu/occlude_links.cpp and runtime/shared/look_turns.h.
-const float kPi = 3.14159265, kNever = 1e30;
+// The constants of runtime/cpu/occlude_links.cpp.
 const float kSolidAngle = kPi / 0.282094792;
-const float kMinCosine = 1.0 - 0.02 / (2.0 * kPi), kMinShare = 1.0 - kMinCosine * kMinCosine;
-const vec2 kOwnSpace = vec2(1.5, 3.0);
-const float kFarSolidAngle = 0.06, kFarBallSolidAngle = 2.0, kRays = 8.0, kSenderEnd = 0.999;
+const float kSenderEnd = 0.999, kMostFarScale = 4.0;
 const uint kMostRays = 8u;
-// At most kMaxMovingParts parts, 32 a word.
-const uint kPartWords = 8u;
-
-// Of this thread's cache, and of the parts that it looks at.
-vec3 place, cacheNormal;
-bool onMap;
-uint nearPart[kPartWords];
-uint nearCount, lastNear;
-float nearWeight, rayDensity, covered;
-bool isFar;
-
-// The directions toward the sphere around a part.
-struct Cone {
-  vec3 axis;
-  float cosine, sine;
-};
-
-Cone coneToward(uint number) {
-  vec3 offset = part[number].centre - place;
-  float d2 = dot(offset, offset), d = sqrt(d2), radius = part[number].radius;
-  return Cone(d > 0.0 ? offset / d : vec3(0.0), sqrt(max(1.0 - radius * radius / d2, 0.0)), min(radius / d, 1.0));
-}
-
-bool isAround(uint number) {
-  vec3 offset = part[number].centre - place;
-  return !(part[number].radius * part[number].radius < dot(offset, offset));
-}
-
-bool findNear() {
-  nearCount = 0u;
-  nearWeight = 1.0;
-  covered = 0.0;
-  float smallest = 1.0;
-  for (uint w = 0u; w < kPartWords; ++w) nearPart[w] = 0u;
-  for (uint i = 0u; i < relumePartCount; ++i) {
-    vec3 offset = part[i].centre - place;
-    float radius = part[i].radius, d2 = dot(offset, offset), r2 = radius * radius;
-    if (!(r2 > kMinShare * d2)) continue;
-    if (onMap) {
-      if (dot(cacheNormal, offset) <= -radius) continue;
-    } else {
-      // What reads the grid so near to a part is mostly the part itself.
-      if (d2 <= kOwnSpace.x * kOwnSpace.x * r2) continue;
-      float own = sqrt(d2 / r2) - kOwnSpace.x;
-      nearWeight = min(nearWeight, own / (kOwnSpace.y - kOwnSpace.x));
-    }
-    nearPart[i >> 5] |= 1u << (i & 31u);
-    lastNear = i;
-    ++nearCount;
-    smallest = min(smallest, r2 / d2);
-    covered += r2 < d2 ? r2 / d2 : 1.0;
-  }
-  rayDensity = kRays / (kPi * smallest);
-  isFar = nearCount == 1u && kPi * smallest < (part[lastNear].ball > 0.0 ? kFarBallSolidAngle : kFarSolidAngle);
-  return nearCount > 0u;
-}
-
-// LookTurns::hasTurn() of runtime/shared/look_turns.h.
-bool hasTurn(uint cache) {
-  uint period = 1u;
-  while (period < relumeLag && 2.0 * float(period) * covered <= relumeEachFrame) period *= 2u;
-  return ((((cache * 0x9E3779B9u) >> 26) + relumeFrame) & (period - 1u)) == 0u;
-}
 
 // A place on a sender: [m], of the sky a unit direction.
 struct Point {
@@ -260,6 +195,23 @@ Hidden viewFrom(uint number, Cone cone, out float distance_) {
   return Hidden(own.w, own.rgb + distance_ / (distance_ + 0.3 * part[number].radius) * bounced.rgb, cone.axis);
 }
 
+// By what the links toward a far part, which leave gaps and overlap, take too little or too much: found of the transfer
+// that it covers.
+float farScale(float found) {
+  Cone cone = coneToward(lastNear);
+  vec3 offset = part[lastNear].centre - place;
+  float distance_, radius = part[lastNear].radius, cosine = sqrt(1.0 - radius * radius / dot(offset, offset));
+  float wanted = viewFrom(lastNear, cone, distance_).share * 2.0 * kPi * (1.0 - cosine) / kSolidAngle;
+  if (onMap) {
+    float height = dot(cacheNormal, offset);
+    if (height < radius) return 1.0;  // not all of it is above the horizon
+#if RELUME_LINK_KIND == RELUME_LINKS_IRRADIANCE
+    wanted *= 2.0 * height / length(offset);
+#endif
+  }
+  return min(wanted / found, kMostFarScale);
+}
+
 // Whether the plane of a sender crosses the axis of a cone beyond a distance; of one seen from the side the sender counts.
 bool isBehind(Point sender, Cone cone, float distance_) {
   if (sender.isSky) return true;
@@ -343,19 +295,12 @@ bool isToward(Link link, out float share) {
 
 // Of the group, the caches that are looked at, and what each share of their links changes: most is the luma that is
 // hidden of one sender, and its number.
-shared uint nearCaches;
+shared uint nearCaches, rounds;
 shared uint nearCache[RELUME_CACHES];
 shared vec4 partial[RELUME_CACHES][RELUME_LANES][2];
 shared vec2 partialMost[RELUME_CACHES][RELUME_LANES];
 
 float lumaOf(uint sender) { return relumeRgbToYCoCg(relumeUnpackColor(node[sender])).x; }
-
-void placeAt(uint cache) {
-  uint at = relumePlaces + 6u * cache;
-  place = uintBitsToFloat(uvec3(pointWord[at], pointWord[at + 1u], pointWord[at + 2u]));
-  cacheNormal = uintBitsToFloat(uvec3(pointWord[at + 3u], pointWord[at + 4u], pointWord[at + 5u]));
-  onMap = cacheNormal != vec3(0.0);
-}
 
 // What the links `first`, `first` + RELUME_LANES .. of a cache lose and gain. color: RGB, transfer; direction: times
 // transfer, and transfer that the sphere covers of senders before a far part, times the share of it that the part fills.
@@ -368,7 +313,7 @@ void changeOf(uint cache, uint first, out vec4 color, out vec4 direction, out ve
   if (isFar) far = viewFrom(lastNear, cone, distance_);
   uint record = cache * uint(RELUME_ROW_WORDS);
   uint begin = rowWord[record] - relumeFirstLink, end = rowWord[record + uint(RELUME_ROW_WORDS)] - relumeFirstLink;
-  uint count = isFar && far.share == 0.0 ? 0u : RELUME_ROW_LINKS * (end - begin);
+  uint count = nearCount == 0u || (isFar && far.share == 0.0) ? 0u : RELUME_ROW_LINKS * (end - begin);
   // Find the links that parts may hide, 32 at a time, then look at those alone: software drivers run what is behind a
   // branch for all threads.
   for (uint chunk = first; chunk < count; chunk += 32u * uint(RELUME_LANES)) {
@@ -409,42 +354,70 @@ void changeOf(uint cache, uint first, out vec4 color, out vec4 direction, out ve
   color.rgb *= nearWeight;
 }
 
+void takeRound(uint cache, uint round) {
+  placeAt(cache);
+  findNear();
+  if (round > 0u) takeLamp(round);
+}
+
+// What a round's shares sum up to, stored for the cache.
+void finishRound(uint row, uint round) {
+  vec4 color = vec4(0.0), direction = vec4(0.0);
+  vec2 most = vec2(0.0, kNever);
+  for (uint lane = 0u; lane < uint(RELUME_LANES); ++lane) {
+    color += partial[row][lane][0];
+    direction += partial[row][lane][1];
+    vec2 each = partialMost[row][lane];
+    if (each.x > most.x || (each.x == most.x && each.y < most.y)) most = each;
+  }
+  uint cache = nearCache[row], at = RELUME_CHANGE_WORDS * cache;
+  // Cones are wider than their senders: a far part most of which is hidden is left out.
+  bool changes = color.w > direction.w;
+  vec3 changed = vec3(0.0);
+  if (changes) {
+    takeRound(cache, round);
+    changed = relumeRgbToYCoCg(color.rgb);
+    if (isFar) changed *= farScale(color.w + direction.w);
+    direction.xyz /= color.w;
+  }
+  if (round == 0u) {
+    movingLight[at] = vec4(changed, changes ? lumaOf(uint(most.y)) : 0.0);
+    movingLight[at + 1u] = changes ? vec4(direction.xyz, most.y) : vec4(vec3(0.0), RELUME_CHANGE_NONE);
+    movingLight[at + 2u] = movingLight[at + 3u] = vec4(0.0);
+  } else if (changes) {
+    movingLight[at + 2u].rgb += changed;
+    movingLight[at + 3u] += abs(changed.x) * vec4(direction.xyz, 1.0);
+  }
+}
+
 void main() {
   uint thread = gl_LocalInvocationID.x, first = relumeFirstCache + gl_WorkGroupID.x * uint(RELUME_CACHES);
-  if (thread == 0u) nearCaches = 0u;
+  if (thread == 0u) {
+    nearCaches = 0u;
+    rounds = 1u;
+  }
   barrier();
   for (uint i = thread; i < uint(RELUME_CACHES); i += uint(RELUME_THREADS)) {
-    uint cache = first + i;
+    uint cache = first + i, state = RELUME_CHANGE_WORDS * cache + 1u;
     if (cache >= relumeEndCache) break;
     placeAt(cache);
     if (!findNear()) {
-      movingLight[2u * cache + 1u].w = RELUME_CHANGE_NOT_NEAR;
-    } else if (relumeFrame == 0u || hasTurn(cache) || movingLight[2u * cache + 1u].w == RELUME_CHANGE_NOT_NEAR) {
+      movingLight[state].w = RELUME_CHANGE_NOT_NEAR;
+    } else if (relumeFrame == 0u || hasTurn(cache) || movingLight[state].w == RELUME_CHANGE_NOT_NEAR) {
       nearCache[atomicAdd(nearCaches, 1u)] = cache;
+      atomicMax(rounds, 1u + lampCount);
     }
   }
   barrier();
-  uint tasks = nearCaches * uint(RELUME_LANES);
-  for (uint task = thread; task < tasks; task += uint(RELUME_THREADS)) {
-    uint row = task / uint(RELUME_LANES), lane = task % uint(RELUME_LANES), cache = nearCache[row];
-    placeAt(cache);
-    findNear();
-    changeOf(cache, lane, partial[row][lane][0], partial[row][lane][1], partialMost[row][lane]);
-  }
-  barrier();
-  for (uint row = thread; row < nearCaches; row += uint(RELUME_THREADS)) {
-    vec4 color = vec4(0.0), direction = vec4(0.0);
-    vec2 most = vec2(0.0, kNever);
-    for (uint lane = 0u; lane < uint(RELUME_LANES); ++lane) {
-      color += partial[row][lane][0];
-      direction += partial[row][lane][1];
-      vec2 each = partialMost[row][lane];
-      if (each.x > most.x || (each.x == most.x && each.y < most.y)) most = each;
+  uint tasks = nearCaches * uint(RELUME_LANES), lastRound = rounds;
+  for (uint round = 0u; round < lastRound; ++round) {
+    for (uint task = thread; task < tasks; task += uint(RELUME_THREADS)) {
+      uint row = task / uint(RELUME_LANES), lane = task % uint(RELUME_LANES), cache = nearCache[row];
+      takeRound(cache, round);
+      changeOf(cache, lane, partial[row][lane][0], partial[row][lane][1], partialMost[row][lane]);
     }
-    uint cache = nearCache[row];
-    // Cones are wider than their senders: a far part most of which is hidden is left out.
-    bool changes = color.w > direction.w;
-    if (changes) movingLight[2u * cache] = vec4(relumeRgbToYCoCg(color.rgb), lumaOf(uint(most.y)));
-    movingLight[2u * cache + 1u] = changes ? vec4(direction.xyz / color.w, most.y) : vec4(vec3(0.0), RELUME_CHANGE_NONE);
+    barrier();
+    for (uint row = thread; row < nearCaches; row += uint(RELUME_THREADS)) finishRound(row, round);
+    barrier();
   }
 }

@@ -14,9 +14,9 @@
 // grid in its own axes, 32 voxels on the longest side, so that a frame voxelises nothing; what is thinner than a voxel
 // counts as thick as one. Lengths in metres, light in W/m²/sr.
 //
-// A part acts where the sphere around it covers more than 0.02 sr, within some 12.5 radii of that sphere. There its
-// light ends at once, of one that emits L at up to 0.02 L [W/m²]: small bright things that are to light a room need a
-// lamp in LightSetup::lights.
+// A part acts where the sphere around it covers more than 0.02 sr, within some 12.5 radii of that sphere. What emits is
+// seen from farther off, to 100 radii, fading from 71 on, or less far where so many parts emit that each cache would be
+// in reach of more than two in the mean. There its light follows within RelightOptions::movingLag frames.
 //
 // CPU and OpenGL backend and GpuPasses give the same light, but for rounding. The latter
 // two upload all shapes in the first frame that names them, and again where a frame names another MovingShapes: keep

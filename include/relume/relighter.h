@@ -86,7 +86,7 @@ struct RelightOptions {
   std::vector<DrivenImage> drivenImages{};
   // [0..kMaxMovingParts] how many LightSetup::movingParts a frame has at most; 0 = none. What they need is kept beside
   // the links, 32 bytes a surfel, about twice what the surfels themselves take, some 70 a cache and 5 KiB a part;
-  // OpenGL and GpuPasses keep 56 a cache and 17 KiB a part. WebAssembly: in modules of their own (docs/guide/web.md).
+  // OpenGL and GpuPasses keep 88 a cache and 17 KiB a part. WebAssembly: in modules of their own (docs/guide/web.md).
   std::uint32_t movingParts = 0;
   // [1, 2, 4 .. 64] frames within which each cache near parts is looked at again, wherever they are by then; 1 = all in
   // every frame. A frame looks at a 32nd of all caches, those of which parts cover more the more often. Until then what

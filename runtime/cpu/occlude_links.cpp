@@ -83,6 +83,34 @@ struct OccludeLinks::Near {
   bool onMap = false;                       // the cache lies on a surface
   float weight = 1.0f;                      // of what is changed
   const PlacedParts::View* view = nullptr;  // of one part, which kFarSolidAngle says is far
+
+  void clear(bool isOnMap) {
+    count = 0;
+    weight = 1.0f;
+    onMap = isOnMap;
+    view = nullptr;
+  }
+  void add(const PlacedPart& each, const glm::vec3& place) {
+    const PartSphere& sphere = each.sphere;
+    const glm::vec3 offset = sphere.centre - place;
+    const float d2 = glm::dot(offset, offset), d = std::sqrt(d2), r2 = sphere.radius * sphere.radius,
+                ball2 = sphere.ball * sphere.ball;
+    part[count] = {&each, offset, d2, r2, d2 > ball2 ? ball2 : 0.0f, each.pointInGrid(place)};
+    isAround[count] = !(r2 < d2);
+    LinkCone& toward = cone[count];
+    for (int k = 0; k < 3; ++k) toward.axis[k] = d > 0.0f ? offset[k] / d : 0.0f;
+    toward.isExact = false;
+    // Of lamps that are not near a wider one: links leave gaps between their cones.
+    const float covered = std::clamp(r2 / d2, kMinCovered, 1.0f);
+    toward.sine = std::sqrt(covered);
+    toward.cosine = std::sqrt(1.0f - covered);
+    ++count;
+  }
+  // The one part is far.
+  void viewPart(const PlacedParts& parts, const glm::vec3& place) {
+    view = &parts.viewFrom(*part[0].part, place);
+    cone[0].isExact = true;
+  }
 };
 
 // What parts hide of a link: its share, the radiosity times share that is there in its place, and the directions times
@@ -111,38 +139,20 @@ std::size_t OccludeLinks::bytes() const {
 
 bool OccludeLinks::findNear(const PlacedParts& parts, std::uint32_t cache, Near& near) const {
   const glm::vec3 place = caches_.positionWorld[cache];
-  near.count = 0;
-  near.weight = 1.0f;
-  near.onMap = caches_.normal[cache] != glm::vec3(0.0f);
+  near.clear(caches_.normal[cache] != glm::vec3(0.0f));
   float smallest = 1.0f;  // share of the sphere, nearly
-  for (std::size_t i = 0; i < parts.parts().size(); ++i) {
-    const PlacedPart& part = parts.parts()[i];
-    const PartSphere& sphere = part.sphere;
-    if (coveredBy(sphere, place, caches_.normal[cache]) == 0.0f) continue;
-    const glm::vec3 offset = sphere.centre - place;
-    const float d2 = glm::dot(offset, offset), r2 = sphere.radius * sphere.radius;
+  for (const PlacedPart& part : parts.parts()) {
+    if (coveredBy(part.sphere, place, caches_.normal[cache]) == 0.0f) continue;
+    near.add(part, place);
+    const float r2 = near.part[near.count - 1].radius2, d2 = near.part[near.count - 1].distance2;
+    smallest = std::min(smallest, r2 / d2);
     if (!near.onMap)
       near.weight = std::min(near.weight, (std::sqrt(d2 / r2) - kOwnSpace[0]) / (kOwnSpace[1] - kOwnSpace[0]));
-    const std::uint32_t n = near.count++;
-    const float ball2 = sphere.ball * sphere.ball;
-    near.part[n] = {&part, offset, d2, r2, d2 > ball2 ? ball2 : 0.0f, part.pointInGrid(place)};
-    smallest = std::min(smallest, r2 / d2);
-    near.isAround[n] = !(r2 < d2);
-    LinkCone& cone = near.cone[n];
-    const float d = std::sqrt(d2);
-    for (int k = 0; k < 3; ++k) cone.axis[k] = d > 0.0f ? offset[k] / d : 0.0f;
-    cone.isExact = false;
-    cone.sine = std::min(sphere.radius / d, 1.0f);
-    cone.cosine = std::sqrt(std::max(1.0f - r2 / d2, 0.0f));
   }
   near.rayDensity = kRays / (std::numbers::pi_v<float> * smallest);
-  near.view = nullptr;
   if (near.count == 1) {
-    const PlacedPart& part = *near.part[0].part;
-    if (std::numbers::pi_v<float> * smallest < kFarSolidAngle[part.sphere.ball > 0.0f]) {
-      near.view = &parts.viewFrom(part, place);
-      near.cone[0].isExact = true;
-    }
+    const bool isBall = near.part[0].part->sphere.ball > 0.0f;
+    if (std::numbers::pi_v<float> * smallest < kFarSolidAngle[isBall]) near.viewPart(parts, place);
   }
   return near.count > 0;
 }
@@ -268,6 +278,11 @@ struct OccludeLinks::Change {
   std::uint32_t sender = 0x7FFFFFFFu;  // of which most is hidden; of those alike the first
   float hidden = 0.0f;                 // of it: luma
 
+  void scale(float by) {
+    color *= by;
+    direction *= by;
+    transfer *= by;
+  }
   // Add it to a cache's coefficients. [Size c = bands.stride()]
   void addTo(const CacheBands& bands, int luma, int chroma, bool isIrradiance, float* c) const {
     std::array<float, kMaxCoefficients> basis;
@@ -296,6 +311,34 @@ struct OccludeLinks::Change {
     }
   }
 };
+
+// What lamps that are not near give a cache, as one cone of light: their directions by how much each changes.
+struct OccludeLinks::LampChange {
+  Change sum;
+
+  bool any() const { return sum.transfer > 0.0f; }
+  void add(const Change& each) {
+    const float weight = std::abs(each.color.x);
+    sum.color += each.color;
+    sum.direction += weight / each.transfer * each.direction;
+    sum.transfer += weight;
+  }
+};
+
+// By what the links toward a far part, which leave gaps and overlap, take too little or too much: found of the transfer
+// that it covers.
+float OccludeLinks::farScale(const Near& near, std::uint32_t cache, float found) const {
+  constexpr float kMostScale = 4.0f;
+  const Near::Part& part = near.part[0];
+  const float cosine = std::sqrt(1.0f - part.radius2 / part.distance2);
+  float wanted = near.view->share * 2.0f * std::numbers::pi_v<float> * (1.0f - cosine) / kSolidAngle;
+  if (near.onMap) {
+    const float height = glm::dot(caches_.normal[cache], part.offset);
+    if (height * height < part.radius2 || height < 0.0f) return 1.0f;  // not all of it is above the horizon
+    if (irradianceOnMap_) wanted *= 2.0f * height / std::sqrt(part.distance2);
+  }
+  return std::min(wanted / found, kMostScale);
+}
 
 // What parts change of the light of a cache; false where they change nothing.
 bool OccludeLinks::findChange(const PlacedParts& parts, std::span<const std::uint32_t> node, const LightCachesJob& job,
@@ -368,25 +411,49 @@ bool OccludeLinks::findChange(const PlacedParts& parts, std::span<const std::uin
   }
   change.color = near.weight * rgbToYCoCg(change.color);
   // Cones are wider than their senders: a far part most of which is hidden is left out.
-  return change.transfer > inFront * far.share;
+  inFront *= far.share;
+  if (!(change.transfer > inFront)) return false;
+  if (near.view != nullptr) change.scale(farScale(near, cache, change.transfer + inFront));
+  return true;
 }
 
-// Find what parts change of a cache that is near.
+// Find what parts change of a cache that is near some, or in reach of lamps.
 void OccludeLinks::lookAt(const PlacedParts& parts, std::span<const std::uint32_t> node, std::uint32_t cache,
                           Near& near) {
+  const LightCachesJob job{links_.rows()};
+  const glm::vec3 place = caches_.positionWorld[cache], normal = caches_.normal[cache];
   Change change;
+  const bool changes = findNear(parts, cache, near) && findChange(parts, node, job, near, cache, change);
+  LampChange lamps;
+  for (const PlacedPart& part : parts.parts()) {
+    const float weight = lampWeight(part.sphere, turns_.leastOfLamps(), place, normal);
+    if (weight == 0.0f) continue;
+    near.clear(normal != glm::vec3(0.0f));
+    near.add(part, place);
+    near.viewPart(parts, place);
+    near.weight = weight;
+    Change each;
+    if (findChange(parts, node, job, near, cache, each)) lamps.add(each);
+  }
   hiddenMost_[cache] = kNoChange;
-  if (!findNear(parts, cache, near) || !findChange(parts, node, {links_.rows()}, near, cache, change)) return;
-  hiddenMost_[cache] = static_cast<std::int32_t>(change.sender);
-  const float luma = rgbToYCoCg(unpackColor(node[change.sender])).x;
-  perLuma_[cache] = luma > 0.0f ? 1.0f / luma : 0.0f;
+  if (!changes && !lamps.any()) return;
+  hiddenMost_[cache] = changes ? static_cast<std::int32_t>(change.sender) : 0;
+  perLuma_[cache] = 0.0f;
+  // What lamps give does not go with the light that is hidden.
+  if (changes && std::abs(change.color.x) >= std::abs(lamps.sum.color.x)) {
+    const float luma = rgbToYCoCg(unpackColor(node[change.sender])).x;
+    perLuma_[cache] = luma > 0.0f ? 1.0f / luma : 0.0f;
+  }
   // The map's caches may have fewer bands.
   const CacheBands& bands = change_.bands();
   const bool isOfMap = cache >= change_.firstMapCache();
   const CacheBands held = isOfMap ? bands.ofMap() : bands;
   std::array<float, 3 * kMaxCoefficients> c;
   std::fill_n(c.begin(), bands.stride(), 0.0f);
-  change.addTo(bands, held.lumaBands, held.chromaBands, isOfMap && irradianceOnMap_, c.data());
+  for (const Change* each : {&change, &lamps.sum}) {
+    if (each == &change ? changes : lamps.any())
+      each->addTo(bands, held.lumaBands, held.chromaBands, isOfMap && irradianceOnMap_, c.data());
+  }
   change_.write(cache, c.data());
 }
 
@@ -402,10 +469,14 @@ void OccludeLinks::look(const PlacedParts& parts, std::span<const std::uint32_t>
       continue;
     }
     if (!turns_.mayHaveTurn(cache)) continue;
+    const glm::vec3 place = caches_.positionWorld[cache], normal = caches_.normal[cache];
     float covered = 0.0f;
-    for (const PartSphere& part : parts.spheres())
-      covered += coveredBy(part, caches_.positionWorld[cache], caches_.normal[cache]);
-    if (covered == 0.0f) {
+    bool isReached = false;
+    for (const PartSphere& part : parts.spheres()) {
+      covered += coveredBy(part, place, normal);
+      isReached = isReached || lampWeight(part, turns_.leastOfLamps(), place, normal) > 0.0f;
+    }
+    if (covered == 0.0f && !isReached) {
       hiddenMost_[cache] = kNotNear;
     } else if (hiddenMost_[cache] == kNotNear || turns_.hasTurn(cache, covered)) {
       lookAt(parts, node, cache, near);

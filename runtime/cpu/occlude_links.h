@@ -5,6 +5,8 @@
 // the share of the link's cone that the sphere covers, as far as a view of the part says that it fills it
 // (runtime/moving/shape_views.h).
 //
+// What emits is seen from farther off (lampWeight()): each such lamp has a view and a cone of light of its own.
+//
 // What stands still is before the part where a ray ends at its sender before it gets there: the part is not met, and
 // the link stays as it was. Senders are what caches see, so that is what standing geometry hides; no voxels of the
 // level are needed, and walls are no thicker than they are.
@@ -55,12 +57,14 @@ class OccludeLinks {
   struct Near;
   struct Hidden;
   struct Change;
+  struct LampChange;
   struct Candidate;
   static constexpr std::int32_t kNoChange = -1, kNotNear = -2;
   void lookAt(const PlacedParts& parts, std::span<const std::uint32_t> node, std::uint32_t cache, Near& near);
   bool findNear(const PlacedParts& parts, std::uint32_t cache, Near& near) const;
   bool findChange(const PlacedParts& parts, std::span<const std::uint32_t> node, const LightCachesJob& job,
                   const Near& near, std::uint32_t cache, Change& change) const;
+  float farScale(const Near& near, std::uint32_t cache, float found) const;
   struct Toward;
   void findToward(const LightCachesJob& job, const Near& near, std::uint32_t cache, std::uint32_t begin,
                   std::uint32_t count, Toward& toward) const;

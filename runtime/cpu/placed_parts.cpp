@@ -40,10 +40,11 @@ void PlacedParts::place(const LightSetup& setup, const PackedCaches& caches, con
   part_.clear();
   sphere_.clear();
   partOf_.clear();
+  const bool emits = setup.emissionScale != glm::vec3(0.0f);
   for (const MovingPart& each : setup.movingParts) {
     PlacedPart part;
     const MovingShape& shape = setup.movingShapes->shape(each.shape);
-    if (!placeShape(shape, each.toWorld, part)) continue;
+    if (!placeShape(shape, each.toWorld, emits, part)) continue;
     part.shape = &shape;
     part.firstPatch = static_cast<std::uint32_t>(partOf_.size());
     partOf_.insert(partOf_.end(), shape.patch.size(), static_cast<std::uint32_t>(part_.size()));

@@ -33,10 +33,11 @@ struct ShapePatch {
 
 struct MovingShape {
   VolumeGrid grid;
-  std::vector<std::uint64_t> bits;     // [Size cells] brickBit() of each voxel that the surface passes
-  glm::vec3 centre{0.0f};              // [m] of a sphere around all triangles
-  float radius = 0.0f;                 // [m]
-  float ball = 0.0f;                   // [m] radius of a ball of its outline, where that fills the sphere's; else 0
+  std::vector<std::uint64_t> bits;  // [Size cells] brickBit() of each voxel that the surface passes
+  glm::vec3 centre{0.0f};           // [m] of a sphere around all triangles
+  float radius = 0.0f;              // [m]
+  float ball = 0.0f;                // [m] radius of a ball of its outline, where that fills the sphere's; else 0
+  bool emits = false;
   glm::ivec3 boxes{1};                 // of patches, along each axis
   std::vector<std::uint32_t> patchOf;  // [Size boxes * kPatchFacings] index of the patch, or kNoPatch
   std::vector<ShapePatch> patch;

@@ -142,6 +142,8 @@ Result<MovingShape> makeShape(const MovingMesh& mesh, std::size_t index) {
   if (!snapTriangles(shape.grid, SnapBox::of(shape.grid), voxelMesh, glm::mat4x3(1.0f), triangles, counts))
     return refused(index, "makes too many triangles of at most 8 voxels");
   voxelise(triangles, surfaces.surface, shape);
+  shape.emits =
+      std::any_of(mesh.emission.begin(), mesh.emission.end(), [](const glm::vec3& e) { return e != glm::vec3(0.0f); });
   makeViews(shape);
   return shape;
 }

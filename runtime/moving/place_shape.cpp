@@ -28,7 +28,7 @@ float ShapePlace::viewShare(const MovingShape& shape) const {
   return std::abs(glm::determinant(glm::mat3(toWorld[0], toWorld[1], toWorld[2]))) * size * size;
 }
 
-bool placeShape(const MovingShape& shape, const glm::mat4x3& toWorld, ShapePlace& place) {
+bool placeShape(const MovingShape& shape, const glm::mat4x3& toWorld, bool emits, ShapePlace& place) {
   const glm::mat3 linear(toWorld[0], toWorld[1], toWorld[2]);
   if (!(std::abs(glm::determinant(glm::dmat3(linear))) > 0.0)) return false;  // hosts may trap a division by zero
   const glm::dmat3 inverse = glm::inverse(glm::dmat3(linear));
@@ -44,6 +44,7 @@ bool placeShape(const MovingShape& shape, const glm::mat4x3& toWorld, ShapePlace
   // Not flattened either
   const bool isFlattened = std::abs(glm::determinant(linear)) < 0.9f * scale * scale * scale;
   place.sphere.ball = isFlattened ? 0.0f : scale * shape.ball;
+  place.sphere.emits = emits && shape.emits;
   return true;
 }
 

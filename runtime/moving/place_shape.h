@@ -23,7 +23,7 @@ struct ShapePlace {
   float viewDepth(const MovingShape& shape) const { return sphere.radius / shape.radius; }
 };
 
-// False where its transform has no inverse.
-bool placeShape(const MovingShape& shape, const glm::mat4x3& toWorld, ShapePlace& place);
+// False where its transform has no inverse. emits: emissionScale is not zero.
+bool placeShape(const MovingShape& shape, const glm::mat4x3& toWorld, bool emits, ShapePlace& place);
 
 }  // namespace relume

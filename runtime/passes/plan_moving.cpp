@@ -25,7 +25,7 @@ void FramePlan::makeMovingBuffers(std::uint32_t parts, std::uint32_t lag) {
   SenderWords senders = packSenderPoints(bake_, memory_);
   moving_.points = senders.points;
   moving_.places = senders.places;
-  moving_.firstLight = 2 * bake_.caches.count();
+  moving_.firstLight = RELUME_CHANGE_WORDS * bake_.caches.count();
   moving_.firstView = moving_.firstLight + 2 * parts * (1 + kMaxShapePatches);
   moving_.sphere.reserve(parts);
   moving_.part.reserve(parts);
@@ -72,10 +72,11 @@ bool FramePlan::addMoving(const LightSetup& setup, bool bounces) {
     return false;
   }
   std::uint32_t patches = 0;
+  const bool emits = setup.emissionScale != glm::vec3(0.0f);
   for (const MovingPart& each : setup.movingParts) {
     const MovingShape& shape = setup.movingShapes->shape(each.shape);
     ShapePlace place;
-    if (!placeShape(shape, each.toWorld, place)) continue;
+    if (!placeShape(shape, each.toWorld, emits, place)) continue;
     moving_.part.push_back(packPart(shape, place, moving_.firstWord[each.shape], moving_.most + patches));
     moving_.sphere.push_back(place.sphere);
     patches += static_cast<std::uint32_t>(shape.patch.size());
@@ -85,6 +86,8 @@ bool FramePlan::addMoving(const LightSetup& setup, bool bounces) {
     return false;
   }
   moving_.turns->begin({moving_.sphere.data(), moving_.sphere.size()});
+  for (std::size_t i = 0; i < moving_.part.size(); ++i)
+    moving_.part[i].least = moving_.sphere[i].emits ? moving_.turns->leastOfLamps() : kMinCovered;
   if (moving_.isPacked) uploads_.push_back({false, kMovingShapes, 0, bytesOf(moving_.shapeWord)});
   moving_.isPacked = false;
   uploads_.push_back({false, kMovingParts, 0, bytesOf(moving_.part)});

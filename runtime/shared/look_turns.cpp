@@ -13,12 +13,22 @@ constexpr float kBudget = 1.0f / 32.0f;  // of all caches
 // What a look by rays takes, in looks by a view.
 constexpr float kRayLooks = 8.0f;
 constexpr float kMostEachFrame = 4.0f;  // what is nearest has its turn once in a few frames
+constexpr float kMostLamps = 2.0f;      // in whose reach a cache is, in the mean
 
 // What parts cover, in steps of half an octave from kMinCovered on.
 constexpr std::size_t kSteps = 24;
 const std::array<float, kSteps + 1> kCovered = [] {
   std::array<float, kSteps + 1> covered{};
   for (std::size_t i = 0; i <= kSteps; ++i) covered[i] = kMinCovered * std::exp2(0.5f * static_cast<float>(i));
+  return covered;
+}();
+
+// The same from where lamps may end to where they are near.
+constexpr std::size_t kLampSteps = 12;
+const std::array<float, kLampSteps + 1> kLampCovered = [] {
+  std::array<float, kLampSteps + 1> covered{};
+  for (std::size_t i = 0; i <= kLampSteps; ++i)
+    covered[i] = kMinCovered * std::exp2(0.5f * (static_cast<float>(i) - static_cast<float>(kLampSteps)));
   return covered;
 }();
 
@@ -35,8 +45,10 @@ LookTurns::LookTurns(const Caches& caches, std::uint32_t lag, std::pmr::memory_r
       bounds.centre += caches.positionWorld[cache] / static_cast<float>(end - begin);
     for (std::uint32_t cache = begin; cache < end; ++cache)
       bounds.radius = std::max(bounds.radius, glm::distance(bounds.centre, caches.positionWorld[cache]));
-    bounds.place = caches.positionWorld[(begin + end) / 2];
-    bounds.normal = caches.normal[(begin + end) / 2];
+    // Rows of the grid may be as long as blocks: the middle of each would lie in one plane.
+    const std::uint32_t any = begin + (block * 0x9E3779B9u >> 16) % (end - begin);
+    bounds.place = caches.positionWorld[any];
+    bounds.normal = caches.normal[any];
   }
 }
 
@@ -67,19 +79,48 @@ void LookTurns::chooseEachFrame(std::span<const PartSphere> parts) {
   }
 }
 
+// By a look at one cache of each block. It goes on from step to step as the parts move.
+void LookTurns::chooseReach(std::span<const PartSphere> parts) {
+  static_assert(kLampReach == 1u << (kLampSteps / 2));
+  std::array<float, kLampSteps> reached{};
+  bool any = false;
+  for (const PartSphere& part : parts) {
+    if (!part.emits) continue;
+    any = true;
+    for (const Bounds& bounds : bounds_) {
+      if (lampWeight(part, kLampCovered[0], bounds.place, bounds.normal) == 0.0f) continue;
+      const glm::vec3 offset = part.centre - bounds.place;
+      const float covered = part.radius * part.radius / glm::dot(offset, offset);
+      const auto above = std::upper_bound(kLampCovered.begin() + 1, kLampCovered.end() - 1, covered);
+      reached[static_cast<std::size_t>(above - kLampCovered.begin()) - 1] += 1.0f;
+    }
+  }
+  leastOfLamps_ = any ? kLampCovered[0] : kMinCovered;
+  float left = kMostLamps * static_cast<float>(bounds_.size());
+  for (std::size_t step = kLampSteps; step-- > 0; left -= reached[step]) {
+    if (reached[step] <= left) continue;
+    const float share = left / reached[step];
+    leastOfLamps_ = kLampCovered[step + 1] + share * (kLampCovered[step] - kLampCovered[step + 1]);
+    return;
+  }
+}
+
 void LookTurns::begin(std::span<const PartSphere> parts) {
   ++frame_;
+  chooseReach(parts);
   chooseEachFrame(parts);
   for (std::uint32_t block = 0; block < bounds_.size(); ++block) {
     const Bounds& bounds = bounds_[block];
     // At most so much is covered of the caches within.
     float covered = 0.0f;
+    bool isReached = false;
     for (const PartSphere& part : parts) {
       const float nearest = std::max(glm::distance(part.centre, bounds.centre) - bounds.radius, part.radius),
                   each = part.radius * part.radius / (nearest * nearest);
       if (each > kMinCovered) covered += each;
+      isReached = isReached || each > (part.emits ? leastOfLamps_ : kMinCovered);
     }
-    leastPeriod_[block] = covered > 0.0f ? periodOf(covered) : 0;
+    leastPeriod_[block] = isReached ? periodOf(covered) : 0;
   }
 }
 

@@ -26,6 +26,8 @@ inline constexpr float kMinCovered = [] {
   const float cosine = 1.0f - kMinSolidAngle / (2.0f * std::numbers::pi_v<float>);
   return 1.0f - cosine * cosine;
 }();
+// Parts that emit act from farther off, at most down to kMinCovered over this (LookTurns::leastOfLamps()).
+inline constexpr float kLampReach = 64.0f;
 // What reads the grid so near to a part, in radii of its sphere, is mostly the part itself, which must not stand in its
 // own light: parts act fully on caches of the grid from the second distance on, and not at all below the first.
 inline constexpr float kOwnSpace[2] = {1.5f, 3.0f};
@@ -39,6 +41,7 @@ struct PartSphere {
   glm::vec3 centre{0.0f};  // [m]
   float radius = 0.0f;     // [m]
   float ball = 0.0f;       // [m] radius of a ball of the part's outline, where it fills the sphere; 0 = it does not
+  bool emits = false;
 };
 
 // (radius / distance)² of a part that is near, at most 1: π times that is its solid angle, nearly. 0 = it is not near.
@@ -50,6 +53,18 @@ inline float coveredBy(const PartSphere& part, const glm::vec3& place, const glm
   const bool onMap = normal != glm::vec3(0.0f);
   if (onMap ? glm::dot(normal, offset) <= -part.radius : d2 <= kOwnSpace[0] * kOwnSpace[0] * r2) return 0.0f;
   return r2 < d2 ? r2 / d2 : 1.0f;
+}
+
+// What is left of the light of a part that emits and is not near, from 1 to 0 where it covers `least`. 0 = it is near,
+// or out of reach, or a cache of the light map does not face it, or it does not emit.
+inline float lampWeight(const PartSphere& part, float least, const glm::vec3& place, const glm::vec3& normal) {
+  if (!part.emits) return 0.0f;
+  const glm::vec3 offset = part.centre - place;
+  const float d2 = glm::dot(offset, offset), r2 = part.radius * part.radius;
+  if (r2 > kMinCovered * d2 || !(r2 > least * d2)) return 0.0f;
+  if (normal != glm::vec3(0.0f) && glm::dot(normal, offset) <= 0.0f) return 0.0f;
+  const float weight = r2 / (least * d2) - 1.0f;
+  return weight < 1.0f ? weight : 1.0f;
 }
 
 class LookTurns {
@@ -71,6 +86,9 @@ class LookTurns {
   std::uint32_t lag() const { return lag_; }
   // Of each kBlock caches the least period of turns, in frames; 0 = no part is near.
   std::span<const std::uint32_t> leastPeriods() const { return leastPeriod_; }
+  // What parts that emit cover where their light ends: as little as kLampReach allows while each cache is in reach of
+  // two in the mean, and the more the more of them there are.
+  float leastOfLamps() const { return leastOfLamps_; }
   // Half of what parts cover of caches that have their turn in every frame.
   float eachFrame() const { return eachFrame_; }
   // Whether a cache may have its turn, and whether it does that parts cover so much of, summed. Periods are powers of
@@ -97,9 +115,10 @@ class LookTurns {
     return ((((cache * 0x9E3779B9u) >> 26) + frame_) & (period - 1)) == 0;
   }
   void chooseEachFrame(std::span<const PartSphere> parts);
+  void chooseReach(std::span<const PartSphere> parts);
 
   std::uint32_t lag_, frame_ = kForget;
-  float eachFrame_ = 0.0f;
+  float eachFrame_ = 0.0f, leastOfLamps_ = kMinCovered;
   std::pmr::vector<Bounds> bounds_;
   std::pmr::vector<std::uint32_t> leastPeriod_;
 };

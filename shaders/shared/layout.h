@@ -36,7 +36,7 @@
 #define RELUME_SLOT_PARTS 3          // light of parts, occlusion: RelumePart[]
 #define RELUME_SLOT_SENDER_POINTS 5  // occlusion: points of each node, all points, positions and normals of caches
 #define RELUME_SLOT_SHAPES 6         // occlusion: words of shapes
-#define RELUME_SLOT_MOVING_LIGHT 7   // caches (in), occlusion (in, out): two vec4 a cache, a part, a patch and a view
+#define RELUME_SLOT_MOVING_LIGHT 7   // caches (in), occlusion (in, out): of caches; two vec4 a part, a patch and a view
 #define RELUME_SLOT_LIT_PARTS 4      // light of parts (out): the same; the resolve's uniforms are 7 there
 #define RELUME_PART_GROUP 64         // threads of a work group that lights a part
 // Words of a shape: bricks along x, y, z; boxes of patches along x, y, z; first words of the boxes and of the patches;
@@ -58,8 +58,10 @@
 #define RELUME_PATCH_AREA 12u
 #define RELUME_SHAPE_PATCH_WORDS 13u
 
-// What parts change of a cache, two vec4: Y, Co, Cg, and the luma of the sender that they hide most of, when that was
-// found; the mean direction of what changes, and that sender's number or one of these.
+// What parts change of a cache, vec4: Y, Co, Cg, and the luma of the sender that they hide most of, when that was
+// found; the mean direction of what changes, and that sender's number or one of these; Y, Co, Cg of lamps that are not
+// near; their directions and 1, each times the size of Y, summed.
+#define RELUME_CHANGE_WORDS 4u
 #define RELUME_CHANGE_NONE -1.0      // parts change nothing
 #define RELUME_CHANGE_NOT_NEAR -2.0  // no part is near
 
@@ -326,7 +328,7 @@ struct RelumePart {
   vec3 toWorldX;    // columns: from the shape's axes
   float viewDepth;  // scale of the depth of views
   vec3 toWorldY;
-  float unused4;
+  float least;  // that it covers where its light ends
   vec3 toWorldZ;
   float unused5;
 };
@@ -484,13 +486,11 @@ static_assert(offsetof(RelumeSurfelParameters, relumeSkyRadiance) == 64 &&
               offsetof(RelumeSurfelParameters, relumeMapSize) == 80);
 static_assert(sizeof(RelumePartLightParameters) == 36 && sizeof(RelumeOccludeParameters) == 56);
 static_assert(sizeof(RelumePart) == 144 && offsetof(RelumePart, centre) == 48 && offsetof(RelumePart, toWorldZ) == 128);
-static_assert(sizeof(RelumeSurfels) == 32);
-static_assert(sizeof(RelumeEmitter) == 32 && offsetof(RelumeEmitter, tap) == 16);
+static_assert(sizeof(RelumeSurfels) == 32 && sizeof(RelumeEmitter) == 32 && offsetof(RelumeEmitter, tap) == 16);
 static_assert(sizeof(RelumeLight) == 48 && offsetof(RelumeLight, direction) == 16 &&
               offsetof(RelumeLight, intensity) == 32);
 static_assert(sizeof(RelumeRsmVoxel) == 48 && offsetof(RelumeRsmVoxel, frontLight) == 16);
-static_assert(sizeof(RelumeRayCell) == 24);
-static_assert(sizeof(RelumePlace) == 80 && offsetof(RelumePlace, high) == 48);
+static_assert(sizeof(RelumeRayCell) == 24 && sizeof(RelumePlace) == 80 && offsetof(RelumePlace, high) == 48);
 static_assert(sizeof(RelumeResolve) == 96 && offsetof(RelumeResolve, gridTextureResolution) == 80 &&
               offsetof(RelumeResolve, gridDepthWords) == 48 && offsetof(RelumeResolve, gridSpacing) == 16 &&
               offsetof(RelumeResolve, gridResolution) == 32);

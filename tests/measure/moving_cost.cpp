@@ -6,7 +6,7 @@
 // far light in turns is from light of all: squared difference of the map's coefficients as a share of what the ball
 // changes of them.
 //
-//   bench_moving_cost BAKE X,Y,Z RADIUS [FRAMES]     (metres)
+//   bench_moving_cost BAKE X,Y,Z RADIUS [FRAMES [EMISSION]]     (metres; W/m²/sr)
 #include "relume/bake_file.h"
 #include "relume/relighter.h"
 #include "tests/measure/or_exit.h"
@@ -156,15 +156,15 @@ void measureLag(const Bake& bake, const RelightOptions& options, const Ball& bal
 int main(int argc, char** argv) {
   glm::vec3 centre;
   if (argc < 4 || std::sscanf(argv[2], "%f,%f,%f", &centre.x, &centre.y, &centre.z) != 3) {
-    std::fprintf(stderr, "bench_moving_cost BAKE X,Y,Z RADIUS [FRAMES]\n");
+    std::fprintf(stderr, "bench_moving_cost BAKE X,Y,Z RADIUS [FRAMES [EMISSION]]\n");
     return 2;
   }
   const auto radius = static_cast<float>(std::atof(argv[3]));
   const int frames = argc > 4 ? std::max(std::atoi(argv[4]), 17) : 96;
   const Bake bake = orExit(readBake(argv[1]));
   const test::Ball triangles(radius, 32);
-  const glm::vec3 grey(0.5f);
-  const MovingMesh mesh{triangles.position, triangles.triangle, {&grey, 1}, {}};
+  const glm::vec3 grey(0.5f), emission(argc > 5 ? static_cast<float>(std::atof(argv[5])) : 0.0f);
+  const MovingMesh mesh{triangles.position, triangles.triangle, {&grey, 1}, {&emission, 1}};
   const MovingShapes shapes = orExit(MovingShapes::create({&mesh, 1}));
   std::printf("%u caches, %u links, %zu bytes a shape\n", bake.caches.count(), bake.links.count(), shapes.bytes());
   const Ball ball{centre, radius, shapes};

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What moving parts do to a bake's light: two_rooms with its toy, the Cornell box with a ball, against path tracing.
+"""What moving parts do to a bake's light: two_rooms with its toy or with a small lamp, the Cornell box with a ball, against path tracing.
 
     python3 tests/measure/moving_parts.py FOLDER [SPP]
 
@@ -28,6 +28,8 @@ SHARED = pathlib.Path(os.environ.get("RELUME_SHARED_DIR", ""))
 SIZE = 320, 180
 BALL = (-0.45, 0.28, 0.55), 0.22  # of the Cornell box: centre, radius [m]
 TOY = (3.9, 0.14, 1.3), 0.14
+LAMP = (2.0, 1.4, 2.0), 0.06  # of two_rooms
+LAMP_RADIANCE = 40  # [W/m²/sr]
 CLOSE = "--eye", "4.55,0.8,2.2", "--target", "3.9,0.1,1.2", "--fov", "45"
 # level, part, view, lights, exposure of the picture [stops]
 VIEWS = (
@@ -35,6 +37,7 @@ VIEWS = (
     ("cornell", BALL, ("--camera", "cam_front"), "spot", 2.0),
     ("two_rooms", TOY, CLOSE, "sun", 2.0),
     ("two_rooms", TOY, CLOSE, "lamp", 2.0),
+    ("two_rooms_lamp", LAMP, ("--camera", "cam_living", "--emission", "panel=0,0,0"), "emissive", 3.0),
 )
 
 
@@ -45,8 +48,8 @@ def run(*words):
     return made.stdout
 
 
-def add_ball(source, target, centre, radius, albedo):
-    """A copy of a .glb with a dynamic sphere of 32 x 16 quads."""
+def add_ball(source, target, centre, radius, albedo, radiance=0):
+    """A copy of a .glb with a dynamic sphere of 32 x 16 quads, which emits some radiance [W/m²/sr]."""
     level, binary = glb.read(source)
     around, up = 32, 16
     points, triangles = [], []
@@ -58,8 +61,13 @@ def add_ball(source, target, centre, radius, albedo):
         for i in range(around):
             k = j * (around + 1) + i
             triangles += [(k, k + 1, k + around + 1), (k + 1, k + around + 2, k + around + 1)]
-    glb.write(target, level, glb.add_mesh(level, binary, points, triangles, albedo, name="ball", translation=list(centre),
-                                          extras={"relume": {"bake": "dynamic"}}))
+    binary = glb.add_mesh(level, binary, points, triangles, albedo, name="ball", translation=list(centre),
+                          extras={"relume": {"bake": "dynamic"}})
+    if radiance > 0:
+        level["materials"][-1] |= {"emissiveFactor": [1, 1, 1],
+                                   "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": radiance}}}
+        level.setdefault("extensionsUsed", []).append("KHR_materials_emissive_strength")
+    glb.write(target, level, binary)
 
 
 def render(level, bake, view, lights, out, dynamic):
@@ -99,7 +107,8 @@ def main():
         sys.exit(__doc__)
     folder, spp = pathlib.Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 1024
     folder.mkdir(parents=True, exist_ok=True)
-    levels = {"two_rooms": ROOT / "samples/level/two_rooms.glb"}
+    levels = {"two_rooms": ROOT / "samples/level/two_rooms.glb", "two_rooms_lamp": folder / "two_rooms_lamp.glb"}
+    add_ball(levels["two_rooms"], levels["two_rooms_lamp"], *LAMP, (0.5, 0.5, 0.5), LAMP_RADIANCE)
     if (SHARED / "scenes/cornell/cornell.glb").is_file():
         levels["cornell"] = folder / "cornell_ball.glb"
         add_ball(SHARED / "scenes/cornell/cornell.glb", levels["cornell"], *BALL, (0.15, 0.35, 0.75))
@@ -133,6 +142,8 @@ def main():
 
         def error(picture, mask):
             """Mean squared difference from the truth, less what its noise adds."""
+            if not mask.any():
+                return 0.0
             return max(float(((picture - truth) ** 2)[mask].mean() - (noise ** 2)[mask].mean()), 0.0)
 
         def change_error():

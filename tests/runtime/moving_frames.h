@@ -69,15 +69,17 @@ inline std::vector<std::pair<std::string, std::vector<MovingPart>>> someFrames()
   odd[1].toWorld[0] *= -1.5f;  // mirrored and wider
   odd.push_back(at(1, kMiddle));
   odd.back().toWorld[1] = glm::vec3(0.0f);  // flattened: hidden
-  return {{"none", {}},
-          {"ball", {at(0, kMiddle)}},
-          {"capsule", {at(1, kMiddle, 1.2f, 1.0f)}},
-          {"box", {at(2, kMiddle, 1.5f, 0.5f)}},
-          {"far from most", {at(0, {1.0f, 0.7f, 1.0f}, 0.4f)}},
-          {"outside", {at(0, {60.0f, 2.0f, 3.0f})}},
-          {"under the floor", {at(0, {6.0f, -0.7f, 3.0f})}},
-          {"odd", odd},
-          {"many", many}};
+  return {
+      {"none", {}},
+      {"ball", {at(0, kMiddle)}},
+      {"capsule", {at(1, kMiddle, 1.2f, 1.0f)}},
+      {"box", {at(2, kMiddle, 1.5f, 0.5f)}},
+      {"far from most", {at(0, {1.0f, 0.7f, 1.0f}, 0.4f)}},
+      {"outside", {at(0, {60.0f, 2.0f, 3.0f})}},
+      {"under the floor", {at(0, {6.0f, -0.7f, 3.0f})}},
+      {"a ball and lamps", {at(0, kMiddle), at(2, {2.0f, 3.0f, 2.0f}, 0.2f), at(2, {9.0f, 1.0f, 4.0f}, 0.1f, 0.3f)}},
+      {"odd", odd},
+      {"many", many}};
 }
 
 inline LightSetup setupOf(std::span<const Light> lights, std::span<const glm::vec3> sky) {
