@@ -111,7 +111,9 @@ Result<ExportedLevel> exportLevel(const std::filesystem::path& path, const Scene
                                   std::uint64_t bakeFileHash, Context& context) {
   const Context::Stage stage(context, "export");
   try {
-    return makeLevel(path, scene, bake, bakeFileHash, context);
+    Result<ExportedLevel> level = makeLevel(path, scene, bake, bakeFileHash, context);
+    if (level && !context.progress("export", 1.0)) return cancelledError();
+    return level;
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::failed, path.filename().string() + ": out of memory"};
   } catch (const std::exception& e) {

@@ -18,7 +18,8 @@ struct Sky;
 
 // Write the radiance [W/m²/sr] for each ray that hits something; the others are 0 at first. What surfaces emit is not
 // part of it: emitters are light of the pixels' own. `item` is the record's number for random streams; `spread` the
-// width of the patch that a ray stands for, over its distance. Called from many threads at once.
+// width of the patch that a ray stands for, over its distance. Random numbers are drawn for one ray after the other:
+// what is found depends on their order, which must not depend on threads. Called from many threads at once.
 // [Size rays = hits = radiance]
 using HitRadiance = std::function<void(std::uint64_t item, float spread, std::span<const Ray> rays,
                                        std::span<const Hit> hits, std::span<glm::vec3> radiance)>;

@@ -138,6 +138,8 @@ class SurfaceCells {
       std::swap(asked, next);
     }
     if (close.empty()) return;
+    // Ask in the order of the rays: these were found in one that depends on the cells that other threads have filled.
+    std::sort(close.begin(), close.end());
     std::vector<Ray> closeRays;
     std::vector<Hit> closeHits;
     for (const std::uint32_t i : close) {

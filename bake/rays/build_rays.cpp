@@ -56,6 +56,17 @@ void warnOfRounding(const Survey& level, Context& context) {
                       " m off its surfaces, and edges and corners have wrong light; move it nearer to the origin");
 }
 
+// Why there is no device.
+Error startError(RTCError reason, const std::string& isa) {
+  if (reason == RTC_ERROR_OUT_OF_MEMORY)
+    return {ErrorCode::memory, "ray tracer: memory ran out while Embree was starting"};
+  if (reason == RTC_ERROR_UNSUPPORTED_CPU)
+    return {ErrorCode::unsupported, "ray tracer: this processor has no " + isa +
+                                        "; for a bake, choose another instruction set by embreeIsa (--isa)"};
+  return {ErrorCode::failed,
+          "Embree cannot start with \"isa=" + isa + "\": error " + std::to_string(static_cast<int>(reason))};
+}
+
 // Let rays through the texels that the alpha test cuts out.
 void alphaFilter(const RTCFilterFunctionNArguments* args) {
   const auto& mesh = *static_cast<const MaskedMesh*>(args->geometryUserPtr);
@@ -235,13 +246,7 @@ Result<RayTracer> RayTracer::create(const Scene& scene, const std::string& isa, 
 
   // Open the device. Its option "threads" is not used: it would limit all of oneTBB for as long as the device lives.
   state->device.reset(rtcNewDevice(deviceConfig(isa).c_str()));
-  if (!state->device) {
-    const RTCError reason = rtcGetDeviceError(nullptr);
-    if (reason == RTC_ERROR_OUT_OF_MEMORY)
-      return Error{ErrorCode::memory, "ray tracer: memory ran out while Embree was starting"};
-    return Error{ErrorCode::failed,
-                 "Embree cannot start with \"isa=" + isa + "\": error " + std::to_string(static_cast<int>(reason))};
-  }
+  if (!state->device) return startError(rtcGetDeviceError(nullptr), isa);
   RTCDevice device = state->device.get();
   rtcSetDeviceErrorFunction(device, State::onError, state.get());
   if (rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0) {

@@ -51,7 +51,8 @@ enum class RayGeometry { fixed, drawn };
 
 class RayTracer {
  public:
-  // Builds the acceleration structure. failed: Embree's own message. isa: "avx2", "avx512", "sse4.2" or "" (best).
+  // Builds the acceleration structure. isa: "avx2", "avx512", "sse4.2" or "" (best). unsupported: the processor has not
+  // got it; memory; failed: Embree's own message.
   static Result<RayTracer> create(const Scene& scene, const std::string& isa, Context& context,
                                   RayStructure structure = RayStructure::thorough,
                                   RayGeometry geometry = RayGeometry::fixed);

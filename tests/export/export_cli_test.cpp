@@ -88,6 +88,17 @@ TEST_F(ExportCommand, bakeAndExportWriteTheSameLevel) {
   EXPECT_EQ(nlohmann::json::parse(told.out)["texcoord"], 1);
 }
 
+TEST_F(ExportCommand, progressEndsWithTheWholeLevel) {
+  bake(room_, out_);
+  const ProgramResult made = run({"export", room_, out_, "-o", at("a.glb"), "--progress", "json"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const std::size_t last = made.err.rfind("{\"");
+  ASSERT_NE(last, std::string::npos) << made.err;
+  const nlohmann::json line = nlohmann::json::parse(made.err.substr(last));
+  EXPECT_EQ(line["stage"], "export") << made.err;
+  EXPECT_EQ(line["fraction"], 1.0) << made.err;
+}
+
 // What an author says in extras.relume of the asset stands before the bake's name.
 TEST_F(ExportCommand, anExportedLevelWithExtrasIsWrittenOver) {
   nlohmann::json level = nlohmann::json::parse(readAll(room_));

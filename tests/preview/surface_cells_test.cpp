@@ -3,6 +3,7 @@
 #include "bake/preview/surface_cells.h"
 
 #include "bake/base/parallel.h"
+#include "bake/base/random.h"
 #include "tests/preview/known_light.h"
 #include "tests/rays/make_scene.h"
 
@@ -13,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 namespace relume {
@@ -31,14 +33,24 @@ PatchRadiance patchesOf(const HitRadiance& exact) {
   };
 }
 
-// A hall of 20 m with a block on its floor.
+// With numbers that are drawn for one ray after the other, as points on emitters are.
+HitRadiance noisy(HitRadiance light) {
+  return [light = std::move(light)](std::uint64_t item, float spread, std::span<const Ray> rays,
+                                    std::span<const Hit> hits, std::span<glm::vec3> radiance) {
+    light(item, spread, rays, hits, radiance);
+    RandomStream random(1, 0, item);
+    for (glm::vec3& found : radiance) found *= random.uniform();
+  };
+}
+
+// A hall of 20 m with a block on its floor. Where its walls' fronts are outside, most cells count as lying in matter.
 struct Hall {
   Scene scene;
   std::vector<Ray> rays;  // from a point up in it
   std::vector<Hit> hits;
 
-  Hall() {
-    addInstance(scene, box({-10, 0, -10}, {10, 6, 10}, true));
+  explicit Hall(bool frontsInside = true) {
+    addInstance(scene, box({-10, 0, -10}, {10, 6, 10}, frontsInside));
     addInstance(scene, box({3, 0, 3}, {5, 1, 5}, false));
     finish(scene);
     const RayTracer tracer = tracerOf(scene);
@@ -109,6 +121,19 @@ TEST(SurfaceCells, lightDoesNotDependOnWhoAsksFirst) {
   }
   EXPECT_EQ(all[0], all[1]);
   EXPECT_EQ(all[0], all[2]);
+}
+
+// Numbers are drawn ray by ray, so that rays that no cell answers must be asked in the same order, whether it is known
+// before that no cell does or found out then.
+TEST(SurfaceCells, raysAreAskedInOneOrderWhateverIsKnownOfTheCells) {
+  const Hall hall(/*frontsInside=*/false);
+  const RayTracer tracer = tracerOf(hall.scene);
+  Context context;
+  const HitRadiance light = lightAt([](const glm::vec3&) { return glm::vec3(1.0f); });
+  const HitRadiance cells = cellRadiance(tracer, noisy(light), patchesOf(light), 1, context);
+  const std::vector<glm::vec3> found = hall.read(cells, kSpread);
+  EXPECT_LT(std::count(found.begin(), found.end(), glm::vec3(1.0f)), 2000) << "most rays end on no cell";
+  EXPECT_EQ(hall.read(cells, kSpread), found);
 }
 
 TEST(SurfaceCells, lightThatIsNoNumberStaysNone) {

@@ -277,6 +277,16 @@ TEST(RayTracer, saysWhichEmbreeAndWhichInstructionSet) {
   EXPECT_NE(tracer->description().find("isa=avx2"), std::string::npos);
 }
 
+TEST(RayTracer, anInstructionSetThatTheProcessorLacksIsNamed) {
+  const Scene scene = clutter();
+  Context context;
+  const auto tracer = RayTracer::create(scene, "avx512", context);
+  if (tracer) GTEST_SKIP() << "this processor has avx512";
+  EXPECT_EQ(tracer.error().code, ErrorCode::unsupported);
+  for (const char* word : {"processor", "avx512", "--isa"})
+    EXPECT_NE(tracer.error().message.find(word), std::string::npos) << word << " in: " << tracer.error().message;
+}
+
 TEST(RayTracer, hitsAreTheSameAtAnyThreadCount) {
   // Two coplanar sheets over each other: every hit is a tie.
   Scene scene;

@@ -15,9 +15,10 @@
 
 namespace relume {
 
-// Bake how light travels through a scene. usage for options out of range, failed when the scene has no surface to bake
-// or the context was cancelled, or has not the memory. Same scene, options and seed give the same bytes at any thread
-// count. Any thread; bakes that run at once need a context each.
+// Bake how light travels through a scene. usage for options out of range, unsupported for an embreeIsa that the
+// processor lacks, failed when the scene has no surface to bake or the context was cancelled, or has not the memory.
+// Same scene, options and seed give the same bytes at any thread count. Any thread; bakes that run at once need a
+// context each.
 Result<Bake> bake(const Scene& scene, const BakeOptions& options, Context& context);
 
 }  // namespace relume
