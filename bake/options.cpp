@@ -13,6 +13,7 @@
 #include <limits>
 #include <new>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <type_traits>
 #include <variant>
@@ -138,12 +139,17 @@ Status fromJson(const Field& field, const Json& json) {
   return std::visit(Visit{field, json}, field.target);
 }
 
-// Walk the object; every leaf must be a field's name.
-Status readObject(const Json& object, const std::string& prefix, const std::vector<Field>& table) {
+// Walk the object; every leaf must be a field's name. given: the fields that were read before, as an object may have
+// both "surfels.count" and "count" in "surfels".
+Status readObject(const Json& object, const std::string& prefix, const std::vector<Field>& table,
+                  std::set<std::string>& given) {
   for (const auto& [key, value] : object.items()) {
     const std::string name = prefix + key;
     const auto field = std::find_if(table.begin(), table.end(), [&](const Field& f) { return name == f.name; });
     if (field != table.end()) {
+      if (!given.insert(name).second)
+        return Error{ErrorCode::usage, "options: " + name + " is given twice, as \"" + name + "\" and in \"" +
+                                           name.substr(0, name.find('.')) + "\"; keep one of them"};
       if (const Status status = fromJson(*field, value); !status) return status;
       continue;
     }
@@ -152,7 +158,7 @@ Status readObject(const Json& object, const std::string& prefix, const std::vect
                        });
     if (!group) return Error{ErrorCode::usage, "options: unknown key \"" + name.substr(0, 200) + "\""};
     if (!value.is_object()) return Error{ErrorCode::usage, "options: \"" + name + "\" must be an object"};
-    if (const Status status = readObject(value, name + ".", table); !status) return status;
+    if (const Status status = readObject(value, name + ".", table, given); !status) return status;
   }
   return done();
 }
@@ -325,7 +331,8 @@ Result<BakeOptions> optionsFromJson(const std::string& text, const BakeOptions& 
   if (!json) return Error{ErrorCode::usage, "options: " + json.error().message};
   if (!json->is_object()) return Error{ErrorCode::usage, "options: expected a JSON object"};
   BakeOptions options = base;
-  if (const Status status = readObject(*json, "", fields(options)); !status) return status.error();
+  std::set<std::string> given;
+  if (const Status status = readObject(*json, "", fields(options), given); !status) return status.error();
   return options;
 }
 

@@ -155,7 +155,9 @@ DracoClaims claimsOf(const GltfDocument& document, const tinygltf::Primitive& pr
   };
   DracoClaims claims;
   const std::uint64_t max = kFreeTriangles + kMaxTrianglesPerDracoByte * bytes;
-  claims.triangles = std::min(max, countOf(primitive.indices, 3 * max) / 3);
+  const std::uint64_t indices = countOf(primitive.indices, 3 * max);
+  const bool strip = primitive.mode == TINYGLTF_MODE_TRIANGLE_STRIP;
+  claims.triangles = std::min(max, strip ? std::max<std::uint64_t>(indices, 2) - 2 : indices / 3);
   const auto position = primitive.attributes.find("POSITION");
   claims.points = std::min(3 * max, countOf(position == primitive.attributes.end() ? -1 : position->second, 3 * max));
   return claims;
@@ -165,6 +167,9 @@ DracoClaims claimsOf(const GltfDocument& document, const tinygltf::Primitive& pr
 
 Result<DracoPrimitive> decodeDraco(const GltfDocument& document, const tinygltf::Primitive& primitive,
                                    const std::string& where) {
+  if (primitive.mode != TINYGLTF_MODE_TRIANGLES && primitive.mode != TINYGLTF_MODE_TRIANGLE_STRIP)
+    return document.invalid(where, "mode " + std::to_string(primitive.mode) + " with " + kDracoExtension +
+                                       "; expected 4 or 5 (TRIANGLES or TRIANGLE_STRIP): export it as triangles");
   const tinygltf::Value& extension = primitive.extensions.at(kDracoExtension);
   const Result<std::span<const std::uint8_t>> bytes = document.viewBytes(indexOr(extension, "bufferView", -1), where);
   if (!bytes) return bytes.error();

@@ -139,7 +139,9 @@ Result<FileInside> resolveInside(const std::string& uri, const fs::path& folder,
   const std::string quoted = "'" + uri.substr(0, 200) + "'";
   const std::optional<std::string> name = percentDecode(uri);
   if (!name || name->empty() || name->find('\0') != std::string::npos) return invalid(where, "malformed URI " + quoted);
-  if (uri.find(':') != std::string::npos)
+  // RFC 3986, section 3: a colon ends a scheme only before the first of these.
+  const std::size_t delimiter = uri.find_first_of(":/?#");
+  if (delimiter != std::string::npos && uri[delimiter] == ':')
     return invalid(where, "URI " + quoted + " has a scheme; expected a file beside the scene or a data URI");
   if (name->find('\\') != std::string::npos)
     return invalid(where, "URI " + quoted + " has a backslash; expected / between folder and file");

@@ -33,7 +33,8 @@ Result<std::vector<UvSets>> importMaterials(GltfDocument& document, Scene& scene
 // failed: cancelled, or out of memory.
 Status importGloss(GltfDocument& document, const std::vector<UvSets>& uvSets, Scene& scene, Context& context);
 
-// A primitive whose vertices and indices came out of KHR_draco_mesh_compression.
+// A primitive whose vertices and indices came out of KHR_draco_mesh_compression. Accessors may claim more than the
+// stream has: encoders merge vertices, and many files keep the counts of before.
 struct DracoPrimitive {
   std::vector<std::uint32_t> indices;                // triangles
   std::map<std::string, AccessorValues> attributes;  // by glTF semantic

@@ -32,6 +32,13 @@ glm::vec3 vec3At(const AccessorValues& values, std::uint32_t i) {
   return {v[0], v[1], v[2]};
 }
 
+// Whether an accessor has data. Those of compressed attributes need none, and would read as zeros.
+bool hasOwnData(const tinygltf::Model& model, int accessor) {
+  if (accessor < 0 || static_cast<std::size_t>(accessor) >= model.accessors.size()) return true;  // refused when read
+  const tinygltf::Accessor& a = model.accessors[static_cast<std::size_t>(accessor)];
+  return a.bufferView >= 0 || a.sparse.isSparse;
+}
+
 // Normalise the normals. Those that are zero or not finite become the area-weighted mean of the vertex's triangles.
 // Returns how many.
 std::size_t repairNormals(Mesh& mesh) {
@@ -201,6 +208,9 @@ Status MeshImporter::readAttributes(const tinygltf::Primitive& primitive, const 
       if (values->components < want.min || values->components > want.max)
         return document_.invalid(at, std::to_string(values->components) + " components");
     } else if (const auto accessor = primitive.attributes.find(want.name); accessor != primitive.attributes.end()) {
+      if (compressed && !hasOwnData(document_.model, accessor->second))
+        return document_.invalid(at, jsonPath("accessors", accessor->second) + " has no data, and " + kDracoExtension +
+                                         " has no such attribute; export the mesh anew");
       const auto read = reader_.floats(accessor->second, want.min, want.max, at);
       if (!read) return read.error();
       values = *read;

@@ -6,6 +6,7 @@
 #include "bake/base/memory_budget.h"
 #include "bake/import/gltf_graph.h"
 #include "bake/import/gltf_import.h"
+#include "bake/import/gltf_transforms.h"
 #include "bake/scene/unit_vector.h"
 
 #include <glm/geometric.hpp>
@@ -91,26 +92,6 @@ bool finite(const glm::dmat4& m) {
     }
   }
   return true;
-}
-
-glm::dquat rotationOf(const std::vector<double>& r) {
-  if (r.size() != 4) return glm::dquat(1.0, 0.0, 0.0, 0.0);
-  const glm::dquat q(r[3], r[0], r[1], r[2]);
-  const double length = glm::length(q);
-  return length > 0.0 && std::isfinite(length) ? q / length : glm::dquat(1.0, 0.0, 0.0, 0.0);
-}
-
-glm::dmat4 localTransform(const tinygltf::Node& node) {
-  glm::dmat4 m(1.0);
-  if (node.matrix.size() == 16) {
-    for (int i = 0; i < 16; ++i) m[i / 4][i % 4] = node.matrix[static_cast<std::size_t>(i)];
-    return m;
-  }
-  if (node.translation.size() == 3)
-    m = glm::translate(m, glm::dvec3(node.translation[0], node.translation[1], node.translation[2]));
-  m *= glm::mat4_cast(rotationOf(node.rotation));
-  if (node.scale.size() == 3) m = glm::scale(m, glm::dvec3(node.scale[0], node.scale[1], node.scale[2]));
-  return m;
 }
 
 glm::dvec3 unitOr(const glm::dvec3& v, const glm::dvec3& fallback) {
@@ -340,13 +321,14 @@ Status NodeImporter::addLight(const tinygltf::Node& node, const Visit& at, const
   if (light.name.empty()) light.name = nodeName(document_, at.node);
   light.node = node.name;
   light.nodeIndex = static_cast<std::uint32_t>(at.node);
-  const glm::dmat3 turn = node.matrix.size() == 16 ? glm::dmat3(toWorld)
-                                                   : glm::dmat3(at.parent) * glm::mat3_cast(rotationOf(node.rotation));
-  const glm::dvec3 direction = unitVector(-turn[2]);
+  const glm::dvec3 axis = lightAxis(node);
+  const glm::dvec3 direction = unitVector(-(glm::dmat3(at.parent) * axis));
   if (direction == glm::dvec3(0.0) && light.kind != LightKind::point) {
-    context_.message(Severity::warning, document_.at(where + ": its light '" + light.name +
-                                                     "' points nowhere, as the nodes above flatten its axis; -Z is "
-                                                     "taken. Give them a scale other than 0"));
+    const bool own = axis == glm::dvec3(0.0);
+    context_.message(Severity::warning,
+                     document_.at(where + ": its light '" + light.name + "' points nowhere, as " +
+                                  (own ? "its own matrix flattens" : "the nodes above flatten") +
+                                  " its axis; -Z is taken. Give " + (own ? "it" : "them") + " a scale other than 0"));
   }
   light.direction = direction == glm::dvec3(0.0) ? glm::vec3(0, 0, -1) : glm::vec3(direction);
   light.positionWorld = glm::vec3(toWorld[3]);

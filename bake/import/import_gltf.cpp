@@ -42,18 +42,40 @@ const char* remedyOfBlocking(const tinygltf::Material& source, const Material& m
                  : "mark what has to let light through, as a lampshade or a blind, extras.relume.bake: \"dynamic\"";
 }
 
-// A pane that darkens a room looks like a bake gone wrong: say of each such material where it is baked first.
-void warnOfGlass(const GltfDocument& document, const Scene& scene, Context& context) {
-  std::vector<bool> told(scene.materials.size(), false);
+// The nodes whose instances are baked with one material.
+struct NodesOfMaterial {
+  const Instance* first = nullptr;
+  std::uint32_t last = kNone;  // in the file's nodes
+  std::size_t count = 0;
+};
+
+std::vector<NodesOfMaterial> bakedNodes(const Scene& scene) {
+  std::vector<NodesOfMaterial> all(scene.materials.size());
   for (const Instance& instance : scene.instances) {
     const std::uint32_t material = scene.meshes[instance.mesh].material;
-    if (!instance.baked() || material == kNone || told[material]) continue;
-    const char* remedy = remedyOfBlocking(document.model.materials[material], scene.materials[material]);
+    if (!instance.baked() || material == kNone) continue;
+    NodesOfMaterial& nodes = all[material];
+    if (nodes.last == instance.nodeIndex) continue;  // a node's instances follow each other
+    if (nodes.first == nullptr) nodes.first = &instance;
+    nodes.last = instance.nodeIndex;
+    ++nodes.count;
+  }
+  return all;
+}
+
+// A pane that darkens a room looks like a bake gone wrong: say of each such material where it is baked first, and on
+// how many nodes besides.
+void warnOfGlass(const GltfDocument& document, const Scene& scene, Context& context) {
+  const std::vector<NodesOfMaterial> nodes = bakedNodes(scene);
+  for (std::size_t m = 0; m < nodes.size(); ++m) {
+    if (nodes[m].count == 0) continue;
+    const char* remedy = remedyOfBlocking(document.model.materials[m], scene.materials[m]);
     if (!remedy) continue;
-    told[material] = true;
-    context.message(Severity::warning,
-                    document.at("material \"" + scene.materials[material].name + "\" on node \"" + instance.node +
-                                "\" transmits light, which bakes do not know: it blocks all of it; " + remedy));
+    const std::string others = nodes[m].count > 1 ? " and " + std::to_string(nodes[m].count - 1) + " more" : "";
+    context.message(
+        Severity::warning,
+        document.at("material \"" + scene.materials[m].name + "\" on node \"" + nodes[m].first->node + "\"" + others +
+                    " transmits light, which bakes do not know: it blocks all of it; " + remedy));
   }
 }
 

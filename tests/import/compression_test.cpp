@@ -281,6 +281,55 @@ TEST(Compression, compressedMeshesAreBent) {
   EXPECT_EQ(doubled->meshes[0].position[2], glm::vec3(2, 2, 0));
 }
 
+// Draco has triangles, whether the primitive's own indices are a list of them or a strip.
+TEST(Compression, dracoIsReadForListsAndStripsOnly) {
+  GltfBuilder b = dracoQuad(encodeDraco());
+  json& primitive = b.root["meshes"][0]["primitives"][0];
+  primitive["mode"] = 5;
+  b.root["accessors"][2]["count"] = 4;
+  const Result<Scene> strip = b.import();
+  ASSERT_TRUE(strip) << strip.error().message;
+  EXPECT_EQ(strip->triangleCount(), 2u);
+  primitive["mode"] = 6;
+  const Result<Scene> fan = b.import();
+  ASSERT_FALSE(fan);
+  EXPECT_EQ(fan.error().code, ErrorCode::invalidFile);
+  EXPECT_NE(
+      fan.error().message.find("meshes[0].primitives[0]: mode 6 with KHR_draco_mesh_compression; expected 4 or 5"),
+      std::string::npos)
+      << fan.error().message;
+}
+
+TEST(Compression, whatDracoLeavesOutNeedsDataOfItsOwn) {
+  for (const char* left : {"POSITION", "TEXCOORD_0"}) {
+    GltfBuilder b = dracoQuad(encodeDraco());
+    json& primitive = b.root["meshes"][0]["primitives"][0];
+    primitive["extensions"]["KHR_draco_mesh_compression"]["attributes"].erase(left);
+    const Result<Scene> scene = b.import();
+    ASSERT_FALSE(scene) << left;
+    EXPECT_EQ(scene.error().code, ErrorCode::invalidFile);
+    EXPECT_NE(scene.error().message.find("meshes[0].primitives[0].attributes." + std::string(left) + ": accessors["),
+              std::string::npos)
+        << scene.error().message;
+    const bool isPosition = left == std::string_view("POSITION");
+    const std::vector<float> values = isPosition ? kSquare : std::vector<float>{0, 0, 1, 0, 1, 1, 0, 1};
+    primitive["attributes"][left] = b.floats(values, isPosition ? "VEC3" : "VEC2");
+    const Result<Scene> mended = b.import();
+    EXPECT_TRUE(mended) << mended.error().message;
+  }
+}
+
+// Encoders merge vertices, and some keep the counts of before.
+TEST(Compression, dracoMayHaveLessThanItsAccessorsClaim) {
+  GltfBuilder b = dracoQuad(encodeDraco());
+  b.root["accessors"][0]["count"] = b.root["accessors"][1]["count"] = 6;
+  b.root["accessors"][2]["count"] = 9;
+  const Result<Scene> scene = b.import();
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_EQ(scene->meshes[0].position.size(), 4u);
+  EXPECT_EQ(scene->triangleCount(), 2u);
+}
+
 TEST(Compression, brokenDracoDataIsNamedWhereverItBreaks) {
   const Bytes good = encodeDraco();
   for (std::size_t i = 0; i < good.size(); ++i) {

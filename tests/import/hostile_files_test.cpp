@@ -122,6 +122,18 @@ TEST(HostileFiles, urisDoNotLeaveTheFolder) {
   expectRefused(importWithBuffer("%252e%252e/secret.bin"), ErrorCode::io, "not found");  // decoded once only
 }
 
+TEST(HostileFiles, aColonIsPartOfANameUnlessItEndsAScheme) {
+  writeFile("scene/a:b.bin", Bytes{1, 2, 3, 4});
+  writeFile("scene/sub/a:b.bin", Bytes{1, 2, 3, 4});
+  for (const char* uri : {"./a:b.bin", "sub/a:b.bin", "sub/../a:b.bin", "a%3Ab.bin"}) {
+    const Result<Scene> scene = importWithBuffer(uri);
+    EXPECT_TRUE(scene) << uri << ": " << scene.error().message;
+  }
+  for (const char* uri : {"a:b.bin", "c:/a.bin", ":a.bin"})
+    expectRefused(importWithBuffer(uri), ErrorCode::invalidFile, "has a scheme");
+  expectRefused(importWithBuffer("./../a:b.bin"), ErrorCode::invalidFile, "leaves the scene's folder");
+}
+
 TEST(HostileFiles, linksMayPointInsideTheFolderOnly) {
   writeFile("secret.bin", Bytes{1, 2, 3, 4});
   const fs::path inside = writeFile("scene/inside.bin", Bytes{1, 2, 3, 4});

@@ -6,6 +6,10 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -24,10 +28,12 @@ GltfBuilder lightsLevel(const json& lights) {
 json pointLight(double intensity) { return {{"type", "point"}, {"name", "lamp"}, {"intensity", intensity}}; }
 json sunLight(double intensity) { return {{"type", "directional"}, {"name", "sun"}, {"intensity", intensity}}; }
 
-bool warns(const GltfBuilder& b) {
+bool anyMessage(const GltfBuilder& b, std::string_view part) {
   return std::any_of(b.messages.begin(), b.messages.end(),
-                     [](const std::string& text) { return text.find("photometric") != std::string::npos; });
+                     [&](const std::string& text) { return text.find(part) != std::string::npos; });
 }
+
+bool warns(const GltfBuilder& b) { return anyMessage(b, "photometric"); }
 
 Result<Scene> importAs(const GltfBuilder& b, LightUnit unit) {
   Context context;
@@ -111,6 +117,52 @@ TEST(LightDirection, thatIsFlattenedToNothingIsWarnedOf) {
   EXPECT_TRUE(std::any_of(b.messages.begin(), b.messages.end(), [](const std::string& text) {
     return text.find("points nowhere") != std::string::npos && text.find("sun") != std::string::npos;
   }));
+}
+
+// A turn of 90 degrees about Y, then a scale: as rotation and scale, and as the matrix that they make.
+Result<Scene> turnedAndScaled(GltfBuilder& b, double x, double y, double z, bool asMatrix) {
+  b = lightsLevel(json::array({sunLight(1)}));
+  json& node = b.root["nodes"].back();
+  if (asMatrix) {
+    node["matrix"] = {0, 0, -x, 0, 0, y, 0, 0, z, 0, 0, 0, 0, 0, 0, 1};
+  } else {
+    node["rotation"] = {0, std::sqrt(0.5), 0, std::sqrt(0.5)};
+    node["scale"] = {x, y, z};
+  }
+  return b.import();
+}
+
+TEST(LightDirection, isTheSameByAMatrixAsByRotationAndScale) {
+  for (const auto& [x, y, z] : {std::array{1, 1, 1}, {2, 3, 4}, {-1, 1, 1}, {1, -1, 1}, {-2, -3, 1}, {1, 1, 0}}) {
+    for (const bool asMatrix : {false, true}) {
+      GltfBuilder b;
+      const Result<Scene> scene = turnedAndScaled(b, x, y, z, asMatrix);
+      ASSERT_TRUE(scene) << scene.error().message;
+      EXPECT_LT(glm::length(scene->lights.at(0).direction - glm::vec3(-1, 0, 0)), 1e-6f)
+          << x << ' ' << y << ' ' << z << (asMatrix ? " as a matrix" : "");
+      EXPECT_FALSE(anyMessage(b, "points nowhere")) << x << ' ' << y << ' ' << z;
+    }
+  }
+}
+
+// The matrix does not tell Z mirrored from X mirrored and half a turn about Y.
+TEST(LightDirection, ofAMatrixThatMirrorsIsThatOfItsZ) {
+  GltfBuilder b;
+  const Result<Scene> scene = turnedAndScaled(b, 1, 1, -1, true);
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_LT(glm::length(scene->lights.at(0).direction - glm::vec3(1, 0, 0)), 1e-6f);
+}
+
+TEST(LightDirection, thatIsFlattenedIsBlamedOnWhatFlattensIt) {
+  GltfBuilder b;
+  ASSERT_TRUE(turnedAndScaled(b, 0, 1, 0, true));
+  EXPECT_TRUE(anyMessage(b, "points nowhere, as its own matrix flattens its axis"));
+  b = lightsLevel(json::array({sunLight(1)}));
+  const std::size_t light = b.root["nodes"].size() - 1;
+  b.root["scenes"][0]["nodes"].erase(b.root["scenes"][0]["nodes"].size() - 1);
+  b.node({{"children", {light}}, {"scale", {1, 1, 0}}});
+  ASSERT_TRUE(b.import());
+  EXPECT_TRUE(anyMessage(b, "points nowhere, as the nodes above flatten its axis"));
 }
 
 // A camera that only looks, one below a node that says so, and one that is play space.

@@ -398,6 +398,31 @@ TEST(ImportMaterials, glassThatBlocksLightIsToldOf) {
   EXPECT_EQ(told({{"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 0}}}}}}), 0u);
 }
 
+// Two primitives of one node are one pane, and what is left out of the bake is none.
+TEST(ImportMaterials, glassNamesItsFirstNodeAndCountsTheOthers) {
+  GltfBuilder b;
+  const json transmission = {{"KHR_materials_transmission", {{"transmissionFactor", 0.9}}}};
+  const int pane = b.material({{"name", "pane"}, {"extensions", transmission}});
+  const int bottle = b.material({{"name", "bottle"}, {"extensions", transmission}});
+  for (const char* name : {"left", "door", "right", "away"}) {
+    const int node = b.quad({{"material", pane}});
+    b.root["nodes"][node]["name"] = name;
+    json& primitives = b.root["meshes"].back()["primitives"];
+    primitives.push_back(json(primitives[0]));
+    if (name == std::string_view("away")) b.root["nodes"][node]["extras"]["relume"]["bake"] = "ignore";
+  }
+  b.root["nodes"][b.quad({{"material", bottle}})]["name"] = "table";
+  importOrFail(b);
+  std::vector<std::string> told;
+  for (const std::string& message : b.messages) {
+    const std::size_t end = message.find(" transmits light");
+    if (end != std::string::npos) told.push_back(message.substr(0, end));
+  }
+  const std::vector<std::string> expected = {"test.glb: material \"pane\" on node \"left\" and 2 more",
+                                             "test.glb: material \"bottle\" on node \"table\""};
+  EXPECT_EQ(told, expected);
+}
+
 TEST(ImportMaterials, lampshadesThatBlockLightAreToldOf) {
   for (const double factor : {0.0, 0.3}) {
     GltfBuilder b;

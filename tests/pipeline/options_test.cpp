@@ -77,6 +77,23 @@ TEST(Options, jsonRoundTripsEveryOption) {
   EXPECT_EQ(optionsToJson(*again), json);
 }
 
+TEST(Options, jsonGivesAnOptionOnce) {
+  for (const char* json : {R"({"surfels.count":7000})", R"({"surfels":{"count":7000}})",
+                           R"({"surfels":{"count":7000},"surfels.relaxIterations":3})"}) {
+    const Result<BakeOptions> read = optionsFromJson(json, BakeOptions{});
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_EQ(read->surfels.count, 7000u);
+  }
+  for (const char* json :
+       {R"({"surfels.count":7000,"surfels":{"count":6000}})", R"({"surfels":{"count":7000},"surfels.count":7000})"}) {
+    const Result<BakeOptions> read = optionsFromJson(json, BakeOptions{});
+    ASSERT_FALSE(read) << json;
+    EXPECT_EQ(read.error().code, ErrorCode::usage);
+    EXPECT_EQ(read.error().message,
+              "options: surfels.count is given twice, as \"surfels.count\" and in \"surfels\"; keep one of them");
+  }
+}
+
 TEST(Options, aHostsCommasChangeNothing) {
   const auto write = [] {
     BakeOptions options;
