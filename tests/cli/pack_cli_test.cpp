@@ -89,6 +89,32 @@ TEST_F(PackCli, gzipHoldsThePackedBake) {
   EXPECT_TRUE(readAll(again) == readAll(packed_));
 }
 
+TEST_F(PackCli, onlyBakesThroughGzipAreWrittenOver) {
+  const auto zip = [&](const std::string& content, const std::string& file) {
+    ASSERT_EQ(std::system(("gzip -c '" + content + "' > '" + file + "'").c_str()), 0);
+  };
+  const std::string backup = at("backup.tar.gz"), cut = put("cut.relume.gz", "\x1f\x8b");
+  zip(put("notes.txt", "years of work"), backup);
+  const std::string before = readAll(backup);
+  for (const std::string& other : {backup, cut}) {
+    const ProgramResult refused = run({"pack", bake_, "-o", other});
+    EXPECT_EQ(refused.status, 1) << refused.err;
+    EXPECT_NE(refused.err.find("exists and is not a bake through gzip; choose another name, or --force"),
+              std::string::npos)
+        << refused.err;
+  }
+  EXPECT_TRUE(readAll(backup) == before);
+  EXPECT_EQ(run({"pack", bake_, "-o", backup, "--force"}).status, 0);
+
+  // Of pack or of gzip, packed or not.
+  const std::string zipped = at("level.relume.gz");
+  zip(bake_, zipped);
+  for (const char* profile : {"plain", "lossless", "web"}) {
+    const ProgramResult packed = run({"pack", bake_, "-o", zipped, "--profile", profile});
+    EXPECT_EQ(packed.status, 0) << packed.err;
+  }
+}
+
 TEST_F(PackCli, drawingNeedsCoordinates) {
   ASSERT_EQ(run({"pack", bake_, "-o", packed_, "--profile", "web"}).status, 0);
   EXPECT_EQ(run({"validate", packed_}).status, 0);

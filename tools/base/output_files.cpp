@@ -7,8 +7,10 @@
 
 #include <sys/stat.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -85,6 +87,21 @@ bool hasMagic(std::string_view text, const ChunkFileType& type) {
   return text.size() >= type.magic.size() && std::memcmp(text.data(), type.magic.data(), type.magic.size()) == 0;
 }
 
+// Whether a file of gzip that begins like this has a bake in it.
+bool hasGzippedBake(std::string_view text) {
+  constexpr int kGzipWindow = 15 + 16;
+  std::array<char, kBakeFileType.magic.size()> inside{};
+  z_stream stream{};
+  if (inflateInit2(&stream, kGzipWindow) != Z_OK) return false;
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));
+  stream.avail_in = static_cast<uInt>(text.size());
+  stream.next_out = reinterpret_cast<Bytef*>(inside.data());
+  stream.avail_out = static_cast<uInt>(inside.size());
+  inflate(&stream, Z_SYNC_FLUSH);
+  inflateEnd(&stream);
+  return hasMagic({inside.data(), inside.size() - stream.avail_out}, kBakeFileType);
+}
+
 bool isKind(std::string_view text, FileKind kind) {
   using namespace std::string_view_literals;
   switch (kind) {
@@ -94,8 +111,8 @@ bool isKind(std::string_view text, FileKind kind) {
       return hasMagic(text, kPlanFileType);
     case FileKind::shard:
       return hasMagic(text, kShardFileType);
-    case FileKind::gzip:
-      return text.starts_with("\x1f\x8b"sv);
+    case FileKind::gzippedBake:
+      return hasGzippedBake(text);
     case FileKind::exr:
       return text.starts_with("\x76\x2f\x31\x01"sv);
     case FileKind::png:
@@ -124,8 +141,8 @@ const char* nameOf(FileKind kind) {
       return kPlanFileType.name;
     case FileKind::shard:
       return kShardFileType.name;
-    case FileKind::gzip:
-      return "a file of gzip";
+    case FileKind::gzippedBake:
+      return "a bake through gzip";
     case FileKind::exr:
       return "an OpenEXR image";
     case FileKind::png:
@@ -151,7 +168,7 @@ std::string_view extensionOf(FileKind kind) {
     case FileKind::plan:
     case FileKind::shard:
       return ".relume";
-    case FileKind::gzip:
+    case FileKind::gzippedBake:
       return ".gz";
     case FileKind::exr:
       return ".exr";

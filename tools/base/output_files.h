@@ -17,7 +17,7 @@ enum class FileKind {
   bake,           // the header's magic
   plan,           // the same
   shard,          // the same
-  gzip,           // the magic
+  gzippedBake,    // the header's magic, once it is inflated
   exr,            // the magic
   png,            // the magic
   bakeReport,     // JSON of `relume bake --report`: its key "peakMemoryMiB"

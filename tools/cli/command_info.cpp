@@ -59,7 +59,7 @@ void printChunks(const Json& chunks) {
                 plain(c["bytes"]).c_str(), plain(c["xxh3"]).c_str());
 }
 
-// The parts that add most to the certified error.
+// The error under each light, and the parts that add most to the mean of their squares.
 void printCertificate(const Json& certificate) {
   constexpr std::size_t kParts = 8;
   std::printf("certified error          %.1f %%\n", 100.0 * certificate["error"].get<double>());
@@ -71,7 +71,8 @@ void printCertificate(const Json& certificate) {
   for (std::size_t i = 0; i < std::min(kParts, certificate["parts"].size()); ++i) {
     const Json& part = certificate["parts"][i];
     if (!(part["share"].get<double>() > 0.0)) break;  // the others are less than the estimate's noise
-    std::printf("  %5.1f %% of it on node \"%s\", %s receivers\n", 100.0 * part["share"].get<double>(),
+    if (i == 0) std::printf("  of the mean squared error under all lights, where it is above 0:\n");
+    std::printf("    %5.1f %% on node \"%s\", %s receivers\n", 100.0 * part["share"].get<double>(),
                 plain(part["node"]).c_str(), plain(part["receivers"]).c_str());
   }
 }

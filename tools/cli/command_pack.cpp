@@ -66,7 +66,7 @@ int runPack(const PackArguments& arguments) {
   const bool gzipped = isGzipName(arguments.output);
   CommandFiles files;
   files.read("the bake", arguments.bake);
-  files.write("-o", arguments.output, gzipped ? FileKind::gzip : FileKind::bake);
+  files.write("-o", arguments.output, gzipped ? FileKind::gzippedBake : FileKind::bake);
   files.force = arguments.force;
   if (const Status status = checkOutputs(files, context); !status) return fail(status.error());
   if (const Status status = reserveBake(context, "pack", arguments.bake, kCopies); !status) return fail(status.error());

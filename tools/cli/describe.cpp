@@ -242,30 +242,41 @@ const char* testLightName(std::uint32_t kind) {
   return "unknown";
 }
 
+// Parts that have receivers, worst first. Estimates below 0 are of parts that add nearly none: they are no share, and
+// take nothing off the others.
+Json describeParts(const Bake& bake) {
+  const Certificate& c = bake.certificate;
+  std::vector<std::uint32_t> order;
+  double sum = 0.0;
+  for (std::uint32_t i = 0; i < c.partError.size(); ++i) {
+    if (c.partReceivers[i] == 0) continue;
+    order.push_back(i);
+    sum += std::max(static_cast<double>(c.partError[i]), 0.0);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return c.partError[a] > c.partError[b]; });
+  Json parts = Json::array();
+  for (const std::uint32_t i : order) {
+    const double error = static_cast<double>(c.partError[i]);
+    parts.push_back({{"node", bake.instances[i].node},
+                     {"receivers", c.partReceivers[i]},
+                     {"squaredError", c.partError[i]},
+                     {"share", error > 0.0 ? error / sum : 0.0}});
+  }
+  return parts;
+}
+
 }  // namespace
 
 Json describeCertificate(const Bake& bake) {
   const Certificate& c = bake.certificate;
   if (c.empty()) return {};
-  Json lights = Json::array(), parts = Json::array();
-  double mean = 0.0;
-  for (std::size_t i = 0; i < c.lightKind.size(); ++i) {
-    mean += static_cast<double>(c.squaredError[i]) / static_cast<double>(c.lightKind.size());
+  Json lights = Json::array();
+  for (std::size_t i = 0; i < c.lightKind.size(); ++i)
     lights.push_back({{"kind", testLightName(c.lightKind[i])},
                       {"squaredError", c.squaredError[i]},
                       {"standardError", c.standardError[i]}});
-  }
-  std::vector<std::uint32_t> order(c.partError.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return c.partError[a] > c.partError[b]; });
-  for (const std::uint32_t i : order) {
-    if (c.partReceivers[i] == 0) continue;
-    parts.push_back({{"node", bake.instances[i].node},
-                     {"receivers", c.partReceivers[i]},
-                     {"share", mean > 0.0 ? static_cast<double>(c.partError[i]) / mean : 0.0}});
-  }
-  return {{"error", certifiedError(c)}, {"lights", lights}, {"parts", parts}};
+  return {{"error", certifiedError(c)}, {"lights", lights}, {"parts", describeParts(bake)}};
 }
 
 std::string certificateText(const Bake& bake) {

@@ -21,15 +21,16 @@ struct SpacingStatistics {
 };
 SpacingStatistics surfelSpacing(const Surfels& surfels);
 
-// What exported levels call the bake (identifyBakeFile()), sizes, chunk table, options, statistics of surfels,
-// hierarchy, caches and links. packed: isPackedFile().
 // What a bake says of its own error: {"error", "lights", "parts"}, parts that have receivers by what they add, worst
-// first; null where it says nothing.
+// first; null where it says nothing. "error" is that under the middle light. A part's "squaredError" is what it adds to
+// the mean of the lights' squared errors, and its "share" is of the sum of those above 0. [0..1]
 nlohmann::json describeCertificate(const Bake& bake);
 // "18.2 MiB and 4.12 ms a frame in a game": runtimeCost().
 std::string costText(const Bake& bake);
 // "certified error 12.3 % (sky 8.1, sun 14.0, sun 12.3, lamp 20.9)"; empty where there is none.
 std::string certificateText(const Bake& bake);
+// What exported levels call the bake (identifyBakeFile()), sizes, chunk table, options, statistics of surfels,
+// hierarchy, caches and links. packed: isPackedFile().
 nlohmann::json describeBake(const Bake& bake, std::span<const ChunkInfo> chunks, std::uint64_t fileHash, bool packed);
 
 // Meshes, instances, materials, cameras, lights, volumes, bounds, and the mesh report (check_mesh.h).

@@ -99,6 +99,23 @@ bool wantsJsonLines(const CLI::App& app, const GivenTexts& given) {
   return false;
 }
 
+bool isCommand(const CLI::App& app, std::string_view word) {
+  return !app.get_subcommands([&](const CLI::App* command) { return command->get_name() == word; }).empty();
+}
+
+// The words of a command line, where `help COMMAND` is `COMMAND --help`. A word that is no command is left alone, so
+// that it is the error: CLI11 answers --help before it tells of words that it does not know.
+std::vector<const char*> withHelpAsOption(const CLI::App& app, int argc, char** argv) {
+  std::vector<const char*> words(argv, argv + argc);
+  if (argc < 2 || std::string_view(argv[1]) != "help") return words;
+  words.erase(words.begin() + 1);
+  if (argc == 2 || std::string_view(argv[2]) == "help" || isCommand(app, argv[2]))
+    words.push_back("--help");
+  else
+    words.resize(2);
+  return words;
+}
+
 int run(int argc, char** argv) {
   CLI::App app{"Relume bakes how light travels through a level, so that a game can relight it every frame.", "relume"};
   app.set_version_flag("--version", versionText);
@@ -124,12 +141,7 @@ int run(int argc, char** argv) {
   addCompletionCommand(app, action);
   addPagesCommand(app, action);
 
-  // `help COMMAND` is `COMMAND --help`.
-  std::vector<const char*> words(argv, argv + argc);
-  if (argc > 1 && std::string_view(argv[1]) == "help") {
-    words.erase(words.begin() + 1);
-    words.push_back("--help");
-  }
+  const std::vector<const char*> words = withHelpAsOption(app, argc, argv);
   GivenTexts given;
   applyOptionRules(app, given);
   try {
