@@ -65,9 +65,9 @@ class MovingEmitter : public ViewerSession {
   ViewedEmitter& emitter(const char* name) {
     return *std::ranges::find(session_->state.emitters, name, &ViewedEmitter::name);
   }
-  // Mean light over links.
+  // Mean light over links, where caches far from a lamp that moves have had their turn as well.
   glm::dvec3 light() {
-    for (int i = 0; i < 16; ++i) frame();
+    for (std::uint32_t i = 0; i <= RelightOptions().movingLag; ++i) frame();
     return meanOf(*session_->viewer->irradiance(session_->state, kWidth, kHeight));
   }
   static glm::dvec3 meanOf(const std::vector<glm::vec3>& pixels) {
