@@ -16,7 +16,8 @@
 //
 // A part acts where the sphere around it covers more than 0.02 sr, within some 12.5 radii of that sphere. What emits is
 // seen from farther off, to 100 radii, fading from 71 on, or less far where so many parts emit that each cache would be
-// in reach of more than two in the mean. There its light follows within RelightOptions::movingLag frames.
+// in reach of more than two in the mean. There its light follows within RelightOptions::movingLag frames, and other
+// parts do not hide it.
 //
 // CPU and OpenGL backend and GpuPasses give the same light, but for rounding. The latter
 // two upload all shapes in the first frame that names them, and again where a frame names another MovingShapes: keep
