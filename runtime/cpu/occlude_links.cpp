@@ -334,7 +334,7 @@ float OccludeLinks::farScale(const Near& near, std::uint32_t cache, float found)
   float wanted = near.view->share * 2.0f * std::numbers::pi_v<float> * (1.0f - cosine) / kSolidAngle;
   if (near.onMap) {
     const float height = glm::dot(caches_.normal[cache], part.offset);
-    if (height * height < part.radius2 || height < 0.0f) return 1.0f;  // not all of it is above the horizon
+    if (height < part.part->sphere.radius) return 1.0f;  // not all of it is above the horizon
     if (irradianceOnMap_) wanted *= 2.0f * height / std::sqrt(part.distance2);
   }
   return std::min(wanted / found, kMostScale);
@@ -450,10 +450,11 @@ void OccludeLinks::lookAt(const PlacedParts& parts, std::span<const std::uint32_
   const CacheBands held = isOfMap ? bands.ofMap() : bands;
   std::array<float, 3 * kMaxCoefficients> c;
   std::fill_n(c.begin(), bands.stride(), 0.0f);
-  for (const Change* each : {&change, &lamps.sum}) {
-    if (each == &change ? changes : lamps.any())
-      each->addTo(bands, held.lumaBands, held.chromaBands, isOfMap && irradianceOnMap_, c.data());
-  }
+  const auto add = [&](const Change& each) {
+    each.addTo(bands, held.lumaBands, held.chromaBands, isOfMap && irradianceOnMap_, c.data());
+  };
+  if (changes) add(change);
+  if (lamps.any()) add(lamps.sum);
   change_.write(cache, c.data());
 }
 
